@@ -1,0 +1,58 @@
+//! Pure, bit-exact functions of the board's arithmetic: no clock, no state, integers only.
+
+pub mod bundle;
+pub mod cell_step;
+pub mod ray_patch;
+
+/// A ray as the board holds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RayWords {
+    /// Origin, coordinate words in [-2^F, 2^F).
+    pub origin: [i32; 3],
+    /// Direction words in (-2^D, 2^D), not all zero, largest magnitude at least 2^(D-1).
+    pub dir: [i32; 3],
+    /// Largest t word that counts, at most [`crate::fixed::Formats::t_limit`].
+    pub t_max: u64,
+}
+
+/// A patch as the board holds it: a triangle, or a quad = two triangles that share the diagonal v0 v2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PatchWords {
+    /// Corners, coordinate words; the fourth repeats the third in a triangle.
+    pub corners: [[i32; 3]; 4],
+    /// Three corners, not four.
+    pub is_triangle: bool,
+    /// Patch id, under 2^28.
+    pub id: u32,
+}
+
+/// The side of a patch that a ray met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Facing {
+    /// Corners run counter-clockwise as seen from the ray's origin.
+    Front,
+    /// Clockwise.
+    Back,
+}
+
+/// What the board answers for a nearest-hit ray that hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HitWords {
+    /// t word, T fraction bits.
+    pub t: u64,
+    /// Patch id.
+    pub patch: u32,
+    /// Side.
+    pub facing: Facing,
+}
+
+impl HitWords {
+    /// The nearer of two hits: smallest (t, patch id), so the answer never depends on the order of tests.
+    pub fn nearer(a: Option<HitWords>, b: Option<HitWords>) -> Option<HitWords> {
+        match (a, b) {
+            (Some(x), Some(y)) => Some(if (y.t, y.patch) < (x.t, x.patch) { y } else { x }),
+            (x, None) => x,
+            (None, y) => y,
+        }
+    }
+}

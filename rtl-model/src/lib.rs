@@ -1,0 +1,25 @@
+//! The board of the radiosity engine, cycle by cycle.
+//!
+//! Data flow: host bus words -> [`packet`] records -> [`board`] (blocks and FIFOs) -> hit records; the arithmetic
+//! is in [`datapath`], bit-exact and without time, and [`functional`] runs it without the clock.
+//! Nothing here knows a scene, a file or a renderer.
+
+pub mod spec;
+
+pub mod fixed;
+
+pub mod packet;
+
+pub mod datapath;
+
+pub mod memory_image;
+
+pub mod functional;
+
+pub mod sim;
+
+pub mod blocks;
+
+pub mod memory;
+
+pub mod board;

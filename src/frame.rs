@@ -1,0 +1,1 @@
+//! The main path: one function, one call per arrow of the flow. Start reading here.

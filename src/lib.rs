@@ -1,0 +1,29 @@
+//! Host of the radiosity engine: from a scene file to an image, with every ray cast through one port.
+//!
+//! Modules stand in the order in which data flows through them; [`frame`] is the flow itself.
+
+pub mod frame;
+
+pub mod cli;
+
+pub mod units;
+
+pub mod geom;
+
+pub mod scene;
+
+pub mod mesh;
+
+pub mod raycast;
+
+pub mod radiosity;
+
+pub mod direct;
+
+pub mod reconstruct;
+
+pub mod render;
+
+pub mod image;
+
+pub mod report;

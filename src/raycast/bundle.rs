@@ -1,0 +1,135 @@
+//! Ray bundles: at most 64 rays from one apex, described instead of listed, so that the bus carries little.
+
+use glam::DVec3;
+
+use crate::geom::{Ray, tangent_frame};
+
+/// Rays that start at one apex. Ray i of an n x m kind is column `i % n`, row `i / n`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RayBundle {
+    /// Camera tile: directions `corner + i step_u + j step_v`.
+    Tile {
+        /// Common origin (m).
+        apex: DVec3,
+        /// Direction of ray (0, 0).
+        corner: DVec3,
+        /// Direction step along a row.
+        step_u: DVec3,
+        /// Direction step from row to row.
+        step_v: DVec3,
+        /// Rays in a row.
+        n: u32,
+        /// Rows.
+        m: u32,
+    },
+    /// Shadow rays to strata of a parallelogram: targets `corner + (i + jitter.0)/n edge_u + (j + jitter.1)/m edge_v`,
+    /// t = t_max = 1 at the target.
+    Fan {
+        /// Common origin (m).
+        apex: DVec3,
+        /// Corner of the parallelogram (m).
+        corner: DVec3,
+        /// Its first edge (m).
+        edge_u: DVec3,
+        /// Its second edge (m).
+        edge_v: DVec3,
+        /// Strata along `edge_u`.
+        n: u32,
+        /// Strata along `edge_v`.
+        m: u32,
+        /// Place of the sample in its stratum, [0,1)^2.
+        jitter: [f64; 2],
+    },
+    /// Cosine-distributed directions about `normal`: strata `(i, j)` of an n x m window of the unit square.
+    Hemisphere {
+        /// Common origin (m).
+        apex: DVec3,
+        /// Unit normal.
+        normal: DVec3,
+        /// Rotation of the frame about the normal (radians).
+        spin: f64,
+        /// Strata along the first axis of the square; the whole square is n x m.
+        n: u32,
+        /// Strata along the second axis.
+        m: u32,
+    },
+    /// Rays to listed points, t = t_max = 1 at each.
+    Targets {
+        /// Common origin (m).
+        apex: DVec3,
+        /// Up to 64 points (m).
+        points: Vec<DVec3>,
+    },
+}
+
+/// Most rays that a bundle may hold.
+pub const MAX_BUNDLE_RAYS: usize = 64;
+
+impl RayBundle {
+    /// How many rays.
+    pub fn n_rays(&self) -> usize {
+        match self {
+            RayBundle::Tile { n, m, .. }
+            | RayBundle::Fan { n, m, .. }
+            | RayBundle::Hemisphere { n, m, .. } => (n * m) as usize,
+            RayBundle::Targets { points, .. } => points.len(),
+        }
+    }
+
+    /// The common origin (m).
+    pub fn apex(&self) -> DVec3 {
+        match self {
+            RayBundle::Tile { apex, .. }
+            | RayBundle::Fan { apex, .. }
+            | RayBundle::Hemisphere { apex, .. }
+            | RayBundle::Targets { apex, .. } => *apex,
+        }
+    }
+
+    /// Ray `i` in f64: what the software caster casts, and what `t` of a hit refers to for every caster.
+    ///
+    /// # Panics
+    /// When `i >= n_rays()`.
+    pub fn ray(&self, i: usize) -> Ray {
+        assert!(i < self.n_rays(), "ray {i} of a bundle of {}", self.n_rays());
+        let split = |n: u32| ((i as u32 % n) as f64, (i as u32 / n) as f64);
+        match self {
+            RayBundle::Tile { apex, corner, step_u, step_v, n, .. } => {
+                let (u, v) = split(*n);
+                Ray::unbounded(*apex, *corner + u * *step_u + v * *step_v)
+            }
+            RayBundle::Fan { apex, corner, edge_u, edge_v, n, m, jitter } => {
+                let (u, v) = split(*n);
+                let (s, t) = ((u + jitter[0]) / *n as f64, (v + jitter[1]) / *m as f64);
+                Ray::to_point(*apex, *corner + s * *edge_u + t * *edge_v)
+            }
+            RayBundle::Hemisphere { apex, normal, spin, n, m } => {
+                let (u, v) = split(*n);
+                let d = cosine_direction((u + 0.5) / *n as f64, (v + 0.5) / *m as f64);
+                let (t1, t2) = spun_frame(*normal, *spin);
+                Ray::unbounded(*apex, d.x * t1 + d.y * t2 + d.z * *normal)
+            }
+            RayBundle::Targets { apex, points } => Ray::to_point(*apex, points[i]),
+        }
+    }
+}
+
+/// The tangent frame of `normal`, turned about it by `spin` radians.
+pub fn spun_frame(normal: DVec3, spin: f64) -> (DVec3, DVec3) {
+    let (t1, t2) = tangent_frame(normal);
+    let (sin, cos) = spin.sin_cos();
+    (cos * t1 + sin * t2, cos * t2 - sin * t1)
+}
+
+/// Unit square to cosine-distributed unit direction about +z: concentric disk map (Shirley, Chiu 1997), lifted.
+pub fn cosine_direction(u: f64, v: f64) -> DVec3 {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+    let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    if a == 0.0 && b == 0.0 {
+        return DVec3::Z;
+    }
+    let (r, phi) =
+        if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_2 - FRAC_PI_4 * (a / b)) };
+    let (sin, cos) = phi.sin_cos();
+    DVec3::new(r * cos, r * sin, (1.0 - r * r).max(0.0).sqrt())
+}

@@ -1,0 +1,1 @@
+//! What runs tell: JSON reports and the summaries on the terminal.

@@ -1,0 +1,202 @@
+//! The immutable scene: what a scene file says, checked and with every unit resolved.
+//!
+//! ```text
+//! scene.toml --toml.rs--> raw tables with spans --checks--> Scene      (error.rs: file:line:column, value, expected)
+//! ```
+//! Lengths in metres, exitance in W/m^2 per channel and emitting side, angles in degrees where the name says so.
+//! Format: version 1, described in scenes/README.md.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::units::Rgb;
+
+mod error;
+mod toml;
+
+pub use error::SceneError;
+
+/// Index of a surface in [`Scene::surfaces`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SurfaceId(pub u32);
+
+/// Index of a material in [`Scene::materials`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+
+/// A checked scene. Never changed after loading.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// The eye, when the file has one: only `render` needs it.
+    pub camera: Option<Camera>,
+    /// Materials in file order.
+    pub materials: Vec<Material>,
+    /// Surfaces in file order; at least one.
+    pub surfaces: Vec<Surface>,
+    /// Lights without area.
+    pub lights: Vec<Light>,
+    /// How finely to mesh.
+    pub meshing: Meshing,
+    /// What the user should know but what is no error (shown on stderr).
+    pub warnings: Vec<String>,
+}
+
+/// A pinhole camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Position (m).
+    pub eye: DVec3,
+    /// Point in the middle of the picture (m); differs from `eye`.
+    pub target: DVec3,
+    /// Up in the picture; not parallel to the view direction.
+    pub up: DVec3,
+    /// Vertical field of view, in (0, 180) degrees.
+    pub fov_y_deg: f64,
+}
+
+/// How a surface treats light. reflectance + specular + transmission < 1 in every channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Unique name.
+    pub name: String,
+    /// Diffuse reflectance rho, in [0, 1).
+    pub reflectance: Rgb,
+    /// Mirror reflectance, in [0, 1).
+    pub specular: Rgb,
+    /// Share let through by glass (Fresnel applies on top), in [0, 1).
+    pub transmission: Rgb,
+    /// Index of refraction of glass.
+    pub ior: f64,
+}
+
+/// One surface of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Unique name.
+    pub name: String,
+    /// What it is made of.
+    pub material: MaterialId,
+    /// Its geometry; the front is where vertices run counter-clockwise.
+    pub shape: Shape,
+    /// Both sides emit and reflect.
+    pub two_sided: bool,
+    /// Surfaces of one non-zero group continue each other where normals differ by under 40 degrees.
+    pub smooth_group: u32,
+    /// Exitance M per emitting side (W/m^2), resolved from whichever unit the file used.
+    pub exitance: Rgb,
+}
+
+/// Geometry of a surface (m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Planar convex quadrilateral; front normal (v1 - v0) x (v2 - v0).
+    Quad([DVec3; 4]),
+    /// Triangle; front normal (v1 - v0) x (v2 - v0).
+    Triangle([DVec3; 3]),
+    /// Disk; `normal` (unit) points to its front.
+    Disk {
+        /// Centre.
+        center: DVec3,
+        /// Unit front normal.
+        normal: DVec3,
+        /// Radius, > 0.
+        radius: f64,
+    },
+    /// Sphere; the front is outside unless `inward`.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius, > 0.
+        radius: f64,
+        /// The front is the inside.
+        inward: bool,
+    },
+    /// Open tube between two points; the front is outside unless `inward`. Disks close it.
+    Cylinder {
+        /// Centre of one rim.
+        base: DVec3,
+        /// Centre of the other rim.
+        top: DVec3,
+        /// Radius, > 0.
+        radius: f64,
+        /// The front is the inside.
+        inward: bool,
+    },
+}
+
+/// A light without area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// Equal in all directions.
+    Point {
+        /// Position (m).
+        position: DVec3,
+        /// Radiant intensity (W/sr).
+        intensity: Rgb,
+    },
+    /// Full inside `inner_deg` of the axis, nothing beyond `outer_deg`, falling as in glTF between.
+    Spot {
+        /// Position (m).
+        position: DVec3,
+        /// Unit axis.
+        direction: DVec3,
+        /// Radiant intensity on the axis (W/sr).
+        intensity: Rgb,
+        /// Half angle of the full cone (degrees).
+        inner_deg: f64,
+        /// Half angle where it ends (degrees).
+        outer_deg: f64,
+    },
+    /// Parallel light from infinitely far.
+    Directional {
+        /// Unit direction of travel.
+        direction: DVec3,
+        /// Irradiance on a plane that faces it (W/m^2).
+        irradiance: Rgb,
+    },
+}
+
+/// How finely surfaces are cut into elements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meshing {
+    /// The wanted size.
+    pub target: MeshTarget,
+    /// Subdivide where light changes.
+    pub adaptive: bool,
+}
+
+/// The wanted size of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MeshTarget {
+    /// About this many elements in the whole scene.
+    Elements(u32),
+    /// No element edge longer than this (m).
+    MaxElementM(f64),
+}
+
+/// Largest element count that a scene file may ask for.
+pub const MAX_ELEMENTS: u32 = 4_000_000;
+
+impl Default for Meshing {
+    fn default() -> Self {
+        Meshing { target: MeshTarget::Elements(4000), adaptive: false }
+    }
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// Every fault of the file, with its place (file:line:column), the value, and what was expected.
+    pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        toml::load(path)
+    }
+
+    /// The material of a surface.
+    pub fn material(&self, surface: &Surface) -> &Material {
+        &self.materials[surface.material.0 as usize]
+    }
+}
