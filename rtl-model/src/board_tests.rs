@@ -251,14 +251,40 @@ fn minimal_board_with_one_ray_and_one_patch_takes_the_cycles_counted_by_hand() {
     let statistics = board.statistics();
     let canonical = CanonicalCounters { bundles: 1, rays: 1, cells: 1, list_entries: 1, tests: 1, hits: 1 };
     assert_eq!(statistics.canonical, canonical);
-    let row_miss_line = 1 + 1 + 6 + 16 + 1 + 1; // links and DRAM: request, buffer, row miss, beats, response, fill
-    let set_up = 50;
-    let descriptor = 1 + 4 + 6; // fetch request, arbitration, 24 bytes
-    let to_first_step = 1 + 1 + 1; // command FIFO and generator, ray link, CTU accepts
-    let steps = 2 * 4; // enter the cell; end
-    let load = 1 + row_miss_line - 1;
-    let _ = (row_miss_line, set_up, descriptor, to_first_step, steps, load);
-    println!("{} {:#?}", statistics.cycles, statistics.blocks);
-    let icu = statistics.blocks.iter().find(|b| b.block.ends_with(".icu")).unwrap();
-    assert_eq!(icu.of(Cause::Work), 1);
+    let statistics = board.statistics();
+    let by_hand: u64 = WORKED_EXAMPLE.iter().map(|(_, cycles)| cycles).sum();
+    assert_eq!(statistics.cycles, by_hand);
+    for (block, work) in
+        [("host_link", 8), ("dram", 48), ("icu", 1), ("reducer", 1), ("ctu0", 2), ("generator", 2)]
+    {
+        let account = statistics.blocks.iter().find(|b| b.block.ends_with(block)).unwrap();
+        assert_eq!(account.of(Cause::Work), work, "{block}");
+    }
+    assert_eq!((statistics.bus_down_bytes, statistics.bus_up_bytes), (24, 8));
 }
+
+/// Every cycle of the worked example, as rtl-model/README.md lists them.
+const WORKED_EXAMPLE: [(&str, u64); 22] = [
+    ("DMA set-up", 50),
+    ("bus arbitration for the ray", 4),
+    ("24 bytes of ray, 4 a cycle", 6),
+    ("bundle generator takes the job", 1),
+    ("bundle generator sends the ray", 1),
+    ("CTU takes the ray", 1),
+    ("CTU: enter the first cell", 4),
+    ("CTU sends the cell request", 1),
+    ("patch loader takes it", 1),
+    ("header: list cache misses, cluster buffer passes on", 2),
+    ("header: DRAM row miss and 16 words, cluster buffer passes back", 6 + 16 + 1),
+    ("list: list cache misses, cluster buffer passes on", 2),
+    ("list: DRAM and back", 6 + 16 + 1),
+    ("patch loader: one list entry past the mailbox", 1),
+    ("record: patch cache misses, cluster buffer passes on", 2),
+    ("record: DRAM and back", 6 + 16 + 1),
+    ("patch loader sends the test", 1),
+    ("ICU", 22 + 1),
+    ("reducer", 1),
+    ("CTU: nothing nearer can come, sends the result", 4 + 1),
+    ("result merge takes it, sends it on; bus arbitration; 8 bytes", 2 + 4 + 2),
+    ("interrupt", 500),
+];
