@@ -54,7 +54,7 @@ fn tiles(f: u32, d: u32, tiles: i64) -> Vec<BundleWords> {
 fn board(c: &mut Criterion) {
     let spec = BoardSpec::preset("delft-1992").expect("preset");
     let formats = spec.formats;
-    let image = MemoryImage::build(&formats, &room(formats.coord_frac_bits, 20), Some(5));
+    let image = MemoryImage::build(&formats, &room(formats.coord_frac_bits, 20), Some(4));
     let bundles = tiles(formats.coord_frac_bits, formats.dir_frac_bits, 16);
     let run = || {
         let mut board = Board::new(&spec, image.clone()).expect("board");

@@ -23,10 +23,10 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Generator,
-    Ctu { module: usize, ctu: usize },
-    Loader { module: usize },
-    Icu { module: usize },
-    Reducer { module: usize },
+    Ctu { module: u8, ctu: u8 },
+    Loader { module: u8 },
+    Icu { module: u8 },
+    Reducer { module: u8 },
     Merge,
     Buffer,
 }
@@ -91,8 +91,8 @@ impl Cluster {
         let (modules, k, contexts) = (spec.clusters.modules, spec.clusters.ctus_per_icu, spec.ctu.contexts);
         let caches = spec.effective_cache_bytes();
         let mut order = vec![Part::Generator, Part::Merge, Part::Buffer];
-        for module in 0..modules as usize {
-            order.extend((0..k as usize).map(|ctu| Part::Ctu { module, ctu }));
+        for module in 0..modules as u8 {
+            order.extend((0..k as u8).map(|ctu| Part::Ctu { module, ctu }));
             order.extend([Part::Loader { module }, Part::Icu { module }, Part::Reducer { module }]);
         }
         let module = || Module {
@@ -161,7 +161,8 @@ impl Cluster {
                 started: &mut self.started,
                 rays: &mut self.rays,
             }),
-            Part::Ctu { module: m, ctu } => {
+            Part::Ctu { module, ctu } => {
+                let (m, ctu) = (usize::from(module), usize::from(ctu));
                 let (link, module) = (m * self.ctus_per_icu + ctu, &mut self.modules[m]);
                 module.ctus[ctu].tick(CtuIo {
                     image: io.image,
@@ -174,7 +175,8 @@ impl Cluster {
                     counters: io.counters,
                 })
             }
-            Part::Loader { module: m } => {
+            Part::Loader { module } => {
+                let m = usize::from(module);
                 let module = &mut self.modules[m];
                 let [list_misses, patch_misses] = &mut self.misses[2 * m..2 * m + 2] else {
                     unreachable!("two caches a module")
@@ -192,7 +194,7 @@ impl Cluster {
                 })
             }
             Part::Icu { module } => {
-                let module = &mut self.modules[module];
+                let module = &mut self.modules[usize::from(module)];
                 module.icu.tick(IcuIo {
                     image: io.image,
                     ctus: &module.ctus,
@@ -202,7 +204,7 @@ impl Cluster {
                 })
             }
             Part::Reducer { module } => {
-                let module = &mut self.modules[module];
+                let module = &mut self.modules[usize::from(module)];
                 module
                     .reducer
                     .tick(ReducerIo { results: &mut module.test_results, reduced: &mut module.reduced })

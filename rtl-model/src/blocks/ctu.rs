@@ -128,6 +128,11 @@ impl Ctu {
     /// One cycle.
     #[inline]
     pub fn tick(&mut self, io: CtuIo<'_>) -> Activity {
+        let messages = io.list_done.get().is_some() | io.reduced.get().is_some();
+        if !messages & (self.ready == 0) & self.pipe.is_empty() & io.rays.front().is_none() {
+            self.cooldown = self.cooldown.saturating_sub(1);
+            return if self.is_quiet() { Activity::Idle } else { Activity::Stall(Cause::Starved) };
+        }
         if let Some(done) = io.list_done.get() {
             let context = &mut self.contexts[usize::from(done.context)];
             context.list_done = true;

@@ -15,7 +15,8 @@ pub struct Fifo<T> {
     depth: u32,
     head: u32,
     len: u32,
-    staged: Option<T>,
+    /// A token was written behind the visible ones in this cycle.
+    pushed: bool,
     popped: bool,
     changed_at: Cycle,
     occupancy_cycles: u64,
@@ -36,7 +37,7 @@ impl<T: Copy + Default> Fifo<T> {
             depth,
             head: 0,
             len: 0,
-            staged: None,
+            pushed: false,
             popped: false,
             changed_at: 0,
             occupancy_cycles: 0,
@@ -48,7 +49,7 @@ impl<T: Copy + Default> Fifo<T> {
     /// True when the writer may push in this cycle.
     #[inline]
     pub fn can_push(&self) -> bool {
-        self.len < self.depth && self.staged.is_none()
+        (self.len < self.depth) & !self.pushed
     }
 
     /// Stages a token; visible after the next commit.
@@ -58,7 +59,9 @@ impl<T: Copy + Default> Fifo<T> {
     #[inline]
     pub fn push(&mut self, token: T) {
         debug_assert!(self.can_push(), "push into a full FIFO");
-        self.staged = Some(token);
+        let free = self.free_entry();
+        self.entries[free] = token;
+        self.pushed = true;
     }
 
     /// The oldest token, as of the start of the cycle.
@@ -78,7 +81,13 @@ impl<T: Copy + Default> Fifo<T> {
     /// The token staged in this cycle.
     #[inline]
     pub fn staged(&self) -> Option<&T> {
-        self.staged.as_ref()
+        self.pushed.then(|| &self.entries[self.free_entry()])
+    }
+
+    /// The entry behind the visible ones.
+    #[inline]
+    fn free_entry(&self) -> usize {
+        (self.head + self.len) as usize & (self.entries.len() - 1)
     }
 
     /// Tokens inside, as of the start of the cycle.
@@ -89,7 +98,7 @@ impl<T: Copy + Default> Fifo<T> {
     /// True when nothing is inside or staged.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.len == 0 && self.staged.is_none()
+        self.len == 0 && !self.pushed
     }
 
     /// Entries.
@@ -100,24 +109,23 @@ impl<T: Copy + Default> Fifo<T> {
     /// The clock edge at the end of cycle `now`.
     #[inline]
     pub fn commit(&mut self, now: Cycle) {
-        if self.staged.is_none() && !self.popped {
+        if !(self.pushed | self.popped) {
             return;
         }
-        let mask = self.entries.len() as u32 - 1;
         // The old length held through cycle `now`.
         self.occupancy_cycles += u64::from(self.len) * (now + 1 - self.changed_at);
         self.changed_at = now + 1;
-        if self.popped {
-            self.head = (self.head + 1) & mask;
-            self.len -= 1;
-            self.popped = false;
-        }
-        if let Some(token) = self.staged.take() {
-            self.entries[((self.head + self.len) & mask) as usize] = token;
+        if self.pushed {
+            self.pushed = false;
             self.len += 1;
             self.pushes += 1;
-            self.high_water = self.high_water.max(self.len);
         }
+        if self.popped {
+            self.popped = false;
+            self.head = (self.head + 1) & (self.entries.len() as u32 - 1);
+            self.len -= 1;
+        }
+        self.high_water = self.high_water.max(self.len);
     }
 
     /// Sum over cycles of the tokens inside, up to the last change.

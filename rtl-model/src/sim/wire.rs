@@ -34,7 +34,10 @@ impl<T: Copy> Wire<T> {
     /// The clock edge.
     #[inline]
     pub fn commit(&mut self) {
-        self.seen = self.staged.take();
+        // Most wires are quiet in most cycles: no copy then.
+        if self.seen.is_some() | self.staged.is_some() {
+            self.seen = self.staged.take();
+        }
     }
 }
 
