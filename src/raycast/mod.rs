@@ -11,9 +11,13 @@ use crate::geom::Ray;
 use crate::mesh::PatchId;
 
 mod bundle;
+mod patch;
+
 pub mod null;
+pub mod software;
 
 pub use bundle::{MAX_BUNDLE_RAYS, RayBundle};
+use patch::bend_m;
 
 /// Geometry of one patch for casters: a triangle, or a quad = two triangles that share the diagonal v0 v2.
 #[derive(Clone, Copy, Debug, PartialEq)]
