@@ -155,7 +155,7 @@ pub(super) fn check_ray(index: usize, ray: &Ray) -> Result<(), CastError> {
 }
 
 /// Checks a bundle whose first ray has `index` in its query: 1 to 64 rays, each usable, jitter in [0, 1).
-fn check_bundle(index: usize, bundle: &RayBundle) -> Result<(), CastError> {
+pub(super) fn check_bundle(index: usize, bundle: &RayBundle) -> Result<(), CastError> {
     let n = bundle.n_rays();
     if !(1..=MAX_BUNDLE_RAYS).contains(&n) {
         let what = format!("a bundle of {n} rays; 1 to {MAX_BUNDLE_RAYS} are possible");

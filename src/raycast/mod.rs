@@ -1,7 +1,7 @@
 //! THE PORT: every ray of the host, from camera to form factor, is answered through [`RayCaster`].
 //!
 //! ```text
-//! renderer, solver --Query: rays or bundles--> trait RayCaster --> software.rs | board.rs | null.rs
+//! renderer, solver --Query: rays or bundles--> trait RayCaster --> software/ | board.rs | functional.rs | null.rs
 //!                  <--hits[i] answers ray i---
 //! ```
 
@@ -13,7 +13,11 @@ use crate::mesh::PatchId;
 mod bundle;
 mod patch;
 
+pub mod board;
+pub mod functional;
 pub mod null;
+pub mod quantize;
+mod quantized;
 pub mod software;
 
 pub use bundle::{MAX_BUNDLE_RAYS, RayBundle};

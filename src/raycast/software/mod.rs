@@ -11,11 +11,10 @@
 mod bvh4;
 mod triangle;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bundle::{check_bundles, check_ray};
-use super::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit, bend_m};
+use super::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit, bend_m};
 use crate::geom::{Aabb, Ray};
 use crate::mesh::PatchId;
 use bvh4::{Bvh4, Pending};
@@ -167,6 +166,8 @@ fn surface_offset_m(patches: &[CastPatch], bounds: &Aabb) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::raycast::Facing;
 
