@@ -5,6 +5,7 @@
 //! Light --64 rays over its solid angle--> shares lost and on backs
 //! ```
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::form_factors::{StrayShares, stray};
@@ -57,7 +58,7 @@ pub(super) fn shoot(
             }
             Light::Directional { direction, .. } => {
                 let rays: Vec<Ray> =
-                    lit.iter().map(|&i| Ray::unbounded(receivers.all[i].target, -direction)).collect();
+                    lit.iter().map(|&i| Ray::unbounded(receivers.all[i].target, DVec3::ZERO - direction)).collect();
                 caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?
             }
         };
