@@ -144,6 +144,15 @@ impl OutputFiles {
     /// # Errors
     /// When a file could not be written: then no place was touched, unless a rename itself failed.
     pub fn commit(self) -> Result<(), OutputError> {
+        self.commit_with(|| Ok(()))
+    }
+
+    /// As [`OutputFiles::commit`], with a write of the caller's between: it runs when all staged files are written
+    /// and none is in place, and when it fails none will be.
+    ///
+    /// # Errors
+    /// As [`OutputFiles::commit`], or what `write` returns.
+    pub fn commit_with<E: From<OutputError>>(self, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
         let mut written = Vec::with_capacity(self.staged.len());
         for (path, bytes) in &self.staged {
             let io = |source| OutputError::Io { path: path.clone(), source };
@@ -151,6 +160,7 @@ impl OutputFiles {
             file.write_all(bytes).map_err(io)?;
             written.push((path, file));
         }
+        write()?;
         for (path, file) in written {
             file.commit().map_err(|source| OutputError::Io { path: path.clone(), source })?;
         }
@@ -216,6 +226,16 @@ mod tests {
         assert!(files.commit().is_err());
         assert_eq!(std::fs::read(&good).unwrap(), b"old");
         assert_eq!(names(dir.path()), ["good.png"]);
+    }
+
+    #[test]
+    fn commit_with_a_failing_write_puts_nothing_in_place() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut files = OutputFiles::new();
+        files.stage(&dir.path().join("a"), b"1".to_vec());
+        let no = || Err(OutputError::Encode { format: "PNG", what: "no".to_owned() });
+        assert!(files.commit_with(no).is_err());
+        assert!(names(dir.path()).is_empty());
     }
 
     #[test]
