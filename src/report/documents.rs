@@ -78,9 +78,9 @@ pub struct PassOneReport {
 /// How a solution came to be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassOneFacts {
-    /// Options; absent when the solution was read from a file.
-    pub options: Option<SolveOptions>,
-    /// The file that it was read from.
+    /// Options, of this run or of the one that wrote the file.
+    pub options: SolveOptions,
+    /// The file that it was read from, when it was not computed.
     pub loaded_from: Option<PathBuf>,
     /// Shots taken.
     pub n_shots: usize,
@@ -91,10 +91,10 @@ pub struct PassOneFacts {
 }
 
 impl PassOneReport {
-    /// The report of a solution that was computed with `options`, or read from the file `loaded_from`.
+    /// The report of a solution that was computed with `options`, now or before it was read from `loaded_from`.
     pub fn new(
         solution: &Solution,
-        options: Option<SolveOptions>,
+        options: SolveOptions,
         loaded_from: Option<PathBuf>,
         surfaces: Vec<SurfaceSummary>,
     ) -> PassOneReport {
