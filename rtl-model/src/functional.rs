@@ -1,10 +1,19 @@
 //! The board without time: the datapath in a loop. The cycle model must retire exactly these answers and counts.
+//!
+//! ```text
+//! origin's cell -> list entries in order -> (not in mailbox) test -> nearest hit -> cell done: ends, or next cell
+//! ```
+//! Canonical order of events in grid partition: a cell is entered; every entry of its list is read; an entry that the
+//! mailbox does not hold is tested and entered there; when all are done, an any-hit ray with a hit ends, and so does
+//! a ray whose best t (t_max while it has none) is strictly less than the far plane's t; the rest step on.
 
+use crate::datapath::cell_step::advance;
+use crate::datapath::mailbox::Mailbox;
+use crate::datapath::ray_patch::intersect;
 use crate::datapath::{HitWords, RayWords};
 use crate::memory_image::MemoryImage;
 
-/// Mailbox entries of a ray context: a patch met again among the last this-many tested ones is not tested again.
-pub const MAILBOX_ENTRIES: usize = 8;
+pub use crate::datapath::mailbox::MAILBOX_ENTRIES;
 
 /// The canonical counters: functions of scene, formats, grid and rays alone, equal for every timing choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -23,6 +32,17 @@ pub struct CanonicalCounters {
     pub hits: u64,
 }
 
+impl CanonicalCounters {
+    /// Adds one traced ray.
+    pub fn count(&mut self, trace: &RayTrace) {
+        self.rays += 1;
+        self.cells += u64::from(trace.cells);
+        self.list_entries += u64::from(trace.list_entries);
+        self.tests += u64::from(trace.tests);
+        self.hits += u64::from(trace.hit.is_some());
+    }
+}
+
 /// What one ray did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayTrace {
@@ -38,6 +58,34 @@ pub struct RayTrace {
 
 /// Traces one ray. `any_hit`: it also ends after the first cell in which anything was hit.
 pub fn trace(image: &MemoryImage, ray: &RayWords, any_hit: bool) -> RayTrace {
-    let _ = (image, ray, any_hit);
-    todo!()
+    let mut done = RayTrace::default();
+    let mut mailbox = Mailbox::default();
+    let mut here = Some(image.grid.cell_of(&image.formats, ray.origin));
+    while let Some(cell) = here {
+        done.cells += 1;
+        if image.is_occupied(cell) {
+            let (first, count) = image.cell_list(cell);
+            for address in first..first + count {
+                let patch = image.list_entry(address);
+                done.list_entries += 1;
+                if mailbox.contains(patch) {
+                    continue;
+                }
+                mailbox.push(patch);
+                done.tests += 1;
+                let hit = intersect(&image.formats, ray, image.patch_ref(patch));
+                done.hit = HitWords::nearer(done.hit, hit);
+            }
+        }
+        if any_hit && done.hit.is_some() {
+            break;
+        }
+        let limit_t = done.hit.map_or(ray.t_max, |hit| hit.t);
+        here = advance(&image.formats, &image.grid, ray, cell, limit_t);
+    }
+    done
 }
+
+#[cfg(test)]
+#[path = "functional_tests.rs"]
+mod tests;

@@ -1,8 +1,20 @@
 //! Patches and grid as the bit image of the board's patch memory.
+//!
+//! ```text
+//! patches -> cells that each touches (exact) -> grid side -> lists -> packed words; records are read back from the words
+//! ```
+//! Not modelled: writing the image word by word; the bus model counts its bytes.
+
+mod cell_lists;
+mod tri_box;
 
 use crate::datapath::PatchWords;
 use crate::datapath::cell_step::{Cell, Grid};
-use crate::fixed::Formats;
+use crate::fixed::{Formats, index, word_count};
+use crate::packet::{CellHeader, PATCH_LINE_WORDS, pack_patch, unpack_patch};
+
+/// Words of a 64-byte line.
+const LINE_WORDS: usize = 16;
 
 /// What the host loads into the patch memory, and where things lie in it.
 ///
@@ -27,13 +39,51 @@ pub struct MemoryImage {
     pub patch_base: u32,
     /// Number of patches.
     pub n_patches: u32,
+    /// The records, unpacked from `words` once, so that a simulated read costs no bit shuffling.
+    records: Vec<PatchWords>,
 }
 
 impl MemoryImage {
-    /// Builds the image: `log2_cells` as given, or chosen for about two patches in an occupied cell.
+    /// Builds the image: `log2_cells` as given (at most min(F, 7)), or chosen for about two patches in an occupied
+    /// cell, in at most 16 MiB or four times the patches' own size.
+    ///
+    /// List entries are places in `patches`; hits report `PatchWords::id`, so the host gives patch i the id i.
     pub fn build(formats: &Formats, patches: &[PatchWords], log2_cells: Option<u32>) -> MemoryImage {
-        let _ = (formats, patches, log2_cells);
-        todo!()
+        let lists = cell_lists::CellLists::build(formats, patches, log2_cells);
+        let n_cells = lists.grid.n_cells();
+        let header_base = n_cells.div_ceil(32).next_multiple_of(LINE_WORDS);
+        let list_base = (header_base + 2 * n_cells).next_multiple_of(LINE_WORDS);
+        let patch_base = (list_base + lists.entries.len()).next_multiple_of(LINE_WORDS);
+        let line = index(PATCH_LINE_WORDS);
+        let mut words = vec![0; patch_base + line * patches.len()];
+
+        let mut first = list_base;
+        for (cell, count) in lists.counts.iter().enumerate() {
+            if *count > 0 {
+                words[cell / 32] |= 1 << (cell % 32);
+            }
+            let header = CellHeader { first: word_count(first), count: *count };
+            words[header_base + 2 * cell..][..2].copy_from_slice(&header.pack());
+            first += index(*count);
+        }
+        words[list_base..][..lists.entries.len()].copy_from_slice(&lists.entries);
+        let mut records = Vec::with_capacity(patches.len());
+        for (patch, slot) in patches.iter().zip(words[patch_base..].chunks_exact_mut(line)) {
+            let record = pack_patch(formats, patch);
+            slot[..record.len()].copy_from_slice(&record);
+            // A line is longer than any record, so unpacking cannot fail.
+            records.extend(unpack_patch(formats, slot));
+        }
+        MemoryImage {
+            formats: *formats,
+            grid: lists.grid,
+            words,
+            header_base: word_count(header_base),
+            list_base: word_count(list_base),
+            patch_base: word_count(patch_base),
+            n_patches: word_count(patches.len()),
+            records,
+        }
     }
 
     /// Size in bytes.
@@ -42,37 +92,51 @@ impl MemoryImage {
     }
 
     /// True when the cell's list is not empty (the CTU's occupancy bit).
+    #[inline]
     pub fn is_occupied(&self, cell: Cell) -> bool {
-        let _ = cell;
-        todo!()
+        let bit = self.grid.index(cell);
+        self.words[bit / 32] >> (bit % 32) & 1 != 0
     }
 
     /// The cell's list: word address of its first entry, number of entries (read from the cell's header).
+    #[inline]
     pub fn cell_list(&self, cell: Cell) -> (u32, u32) {
-        let _ = cell;
-        todo!()
+        let at = index(self.header_address(cell));
+        let header = CellHeader::unpack([self.words[at], self.words[at + 1]]);
+        (header.first, header.count)
     }
 
     /// Word address of a cell's header.
+    #[inline]
     pub fn header_address(&self, cell: Cell) -> u32 {
-        let _ = cell;
-        todo!()
+        self.header_base + 2 * word_count(self.grid.index(cell))
     }
 
     /// The patch id at a list address.
+    #[inline]
     pub fn list_entry(&self, address: u32) -> u32 {
-        self.words[address as usize]
+        self.words[index(address)]
     }
 
     /// Word address of a patch record.
+    #[inline]
     pub fn patch_address(&self, patch: u32) -> u32 {
-        let _ = patch;
-        todo!()
+        self.patch_base + PATCH_LINE_WORDS * patch
     }
 
-    /// Unpacks a patch record.
+    /// A patch, as unpacked from its record.
+    #[inline]
     pub fn patch(&self, patch: u32) -> PatchWords {
-        let _ = patch;
-        todo!()
+        *self.patch_ref(patch)
+    }
+
+    /// A patch by reference, for the tick path.
+    #[inline]
+    pub fn patch_ref(&self, patch: u32) -> &PatchWords {
+        &self.records[index(patch)]
     }
 }
+
+#[cfg(test)]
+#[path = "memory_image/tests.rs"]
+mod tests;

@@ -1,13 +1,355 @@
 //! The form-factor kernel: Lambert's polygon formula, clipped to the receiver's horizon.
+//!
+//! ```text
+//! point x, unit normal n, polygon v_k --> F = -1/(2 pi) sum_k angle(r_k, r_k+1) n . unit(r_k x r_k+1),  r_k = v_k - x
+//! ```
+//! The part of the polygon under the tangent plane of x is cut off first (Sutherland, Hodgman 1974, one plane).
+//! Source: Lambert 1760, Photometria; Baum, Rushmeier, Winget 1989, "Improving radiosity solutions through the use
+//! of analytically determined form-factors". Not modelled: occlusion, which is the caller's.
 
 use glam::DVec3;
 
+/// A point closer to a polygon's plane than this share of its distance to a corner lies in the plane.
+const IN_PLANE_SHARE: f64 = 1e-12;
+/// A quad whose fourth corner leaves the plane of the others by more than this share of its size is bent.
+const BENT_SHARE: f64 = 1e-9;
+
 /// Unoccluded form factor from a point with unit normal to a planar (or bent) polygon, in [0, 1].
 ///
-/// Irradiance at the point = this x the polygon's (uniform) radiosity. Sources' facing is the caller's concern:
-/// the polygon counts as seen from its front (vertices counter-clockwise as seen from the point); seen from its
-/// back it gives 0.
+/// Irradiance at the point = this x the polygon's (uniform) radiosity. The polygon counts as seen from its front
+/// (vertices counter-clockwise as seen from the point); seen from its back or edge-on it gives 0. A bent quad is
+/// two triangles that share the diagonal v0 v2. Under three corners give 0, over four are cut into triangles
+/// around the first.
 pub fn point_to_polygon(point: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
-    let _ = (point, normal, polygon);
-    todo!()
+    match polygon.len() {
+        0..=2 => 0.0,
+        3 | 4 => Source::new(polygon).form_factor(point, normal),
+        n => (1..n - 1)
+            .map(|k| Facet::triangle([polygon[0], polygon[k], polygon[k + 1]]).form_factor(point, normal))
+            .sum::<f64>()
+            .min(1.0),
+    }
+}
+
+/// A triangle or quad made ready for many evaluations of the kernel.
+#[derive(Clone, Copy, Debug)]
+pub struct Source {
+    facets: [Facet; 2],
+    n_facets: usize,
+}
+
+impl Source {
+    /// Prepares a triangle or quad, corners counter-clockwise seen from its front (m).
+    ///
+    /// # Panics
+    /// When `polygon` has neither 3 nor 4 corners.
+    pub fn new(polygon: &[DVec3]) -> Source {
+        match *polygon {
+            [a, b, c] => Source::of([Facet::triangle([a, b, c]); 2], 1),
+            [a, b, c, d] => {
+                let flat = Facet::quad([a, b, c, d]);
+                let size = (c - a).length().max((d - b).length());
+                if (b - a).dot(flat.normal).abs() > BENT_SHARE * size {
+                    Source::of([Facet::triangle([a, b, c]), Facet::triangle([a, c, d])], 2)
+                } else {
+                    Source::of([flat; 2], 1)
+                }
+            }
+            _ => panic!("{} corners: a triangle or quad was expected", polygon.len()),
+        }
+    }
+
+    fn of(facets: [Facet; 2], n_facets: usize) -> Source {
+        Source { facets, n_facets }
+    }
+
+    /// Unoccluded form factor from `point` with unit `normal`, in [0, 1].
+    #[inline]
+    pub fn form_factor(&self, point: DVec3, normal: DVec3) -> f64 {
+        let first = self.facets[0].form_factor(point, normal);
+        if self.n_facets == 1 { first } else { (first + self.facets[1].form_factor(point, normal)).min(1.0) }
+    }
+
+    /// Mean of the corners of the part above the horizon of `point` (m): where to look when no sample is above it.
+    ///
+    /// `None` when nothing is above the horizon.
+    pub fn centre_above_horizon(&self, point: DVec3, normal: DVec3) -> Option<DVec3> {
+        let (mut sum, mut n) = (DVec3::ZERO, 0);
+        for facet in &self.facets[..self.n_facets] {
+            facet.clip(point, normal, |r| {
+                sum += r;
+                n += 1;
+            });
+        }
+        (n > 0).then(|| point + sum / n as f64)
+    }
+
+    /// Unit normal of the (first) facet.
+    pub fn normal(&self) -> DVec3 {
+        self.facets[0].normal
+    }
+}
+
+/// A planar polygon of 3 or 4 corners.
+#[derive(Clone, Copy, Debug)]
+struct Facet {
+    corners: [DVec3; 4],
+    n: usize,
+    normal: DVec3,
+}
+
+impl Facet {
+    fn triangle([a, b, c]: [DVec3; 3]) -> Facet {
+        Facet { corners: [a, b, c, c], n: 3, normal: (b - a).cross(c - a).normalize_or_zero() }
+    }
+
+    fn quad(corners: [DVec3; 4]) -> Facet {
+        let [a, b, c, d] = corners;
+        Facet { corners, n: 4, normal: (c - a).cross(d - b).normalize_or_zero() }
+    }
+
+    #[inline]
+    fn form_factor(&self, point: DVec3, normal: DVec3) -> f64 {
+        let to_first = self.corners[0] - point;
+        let height = -to_first.dot(self.normal);
+        // Written so that a NaN gives 0 as well.
+        let in_front = height > 0.0
+            && height * height > IN_PLANE_SHARE * IN_PLANE_SHARE * to_first.length_squared();
+        if !in_front {
+            return 0.0;
+        }
+        let mut r = [to_first; 4];
+        let mut above = 0;
+        for (k, r) in r.iter_mut().enumerate().take(self.n) {
+            *r = self.corners[k] - point;
+            above += usize::from(r.dot(normal) >= 0.0);
+        }
+        let sum = if above == self.n {
+            let mut sum = edge(r[self.n - 1], r[0], normal);
+            for k in 1..self.n {
+                sum += edge(r[k - 1], r[k], normal);
+            }
+            sum
+        } else if above == 0 {
+            return 0.0;
+        } else {
+            let (mut first, mut last, mut sum) = (None, DVec3::ZERO, 0.0);
+            self.clip(point, normal, |r| {
+                match first {
+                    None => first = Some(r),
+                    Some(_) => sum += edge(last, r, normal),
+                }
+                last = r;
+            });
+            sum + first.map_or(0.0, |first| edge(last, first, normal))
+        };
+        (sum * -0.5 * std::f64::consts::FRAC_1_PI).clamp(0.0, 1.0)
+    }
+
+    /// Gives the corners, relative to `point`, of the part of the facet above the horizon, in order.
+    fn clip(&self, point: DVec3, normal: DVec3, mut corner: impl FnMut(DVec3)) {
+        let mut a = self.corners[self.n - 1] - point;
+        let mut height_a = a.dot(normal);
+        for k in 0..self.n {
+            let b = self.corners[k] - point;
+            let height_b = b.dot(normal);
+            if (height_a >= 0.0) != (height_b >= 0.0) {
+                corner(a + (b - a) * (height_a / (height_a - height_b)));
+            }
+            if height_b >= 0.0 {
+                corner(b);
+            }
+            (a, height_a) = (b, height_b);
+        }
+    }
+}
+
+/// angle(a, b) n . unit(a x b); 0 when the edge points at the receiver, where the limit is 0 or undefined.
+#[inline]
+fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
+    let cross = a.cross(b);
+    let sine = cross.length();
+    if sine > 0.0 { normal.dot(cross) * (sine.atan2(a.dot(b)) / sine) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use proptest::prelude::*;
+
+    const Z: DVec3 = DVec3::Z;
+
+    /// a x b rectangle in the plane z = c over the origin's quadrant, facing down.
+    fn ceiling(a: f64, b: f64, c: f64) -> [DVec3; 4] {
+        [DVec3::new(0., 0., c), DVec3::new(0., b, c), DVec3::new(a, b, c), DVec3::new(a, 0., c)]
+    }
+
+    fn parallel_closed_form(a: f64, b: f64, c: f64) -> f64 {
+        let (a, b) = (a / c, b / c);
+        let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
+        (part(a, b) + part(b, a)) / (2.0 * PI)
+    }
+
+    fn perpendicular_closed_form(width: f64, height: f64, distance: f64) -> f64 {
+        let (x, y) = (height / width, distance / width);
+        let s = x.hypot(y);
+        ((1.0 / y).atan() - y / s * (1.0 / s).atan()) / (2.0 * PI)
+    }
+
+    fn box_walls() -> Vec<[DVec3; 4]> {
+        let v = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+            .map(|w| w.map(v))
+            .to_vec()
+    }
+
+    fn unit(z: f64, phi: f64) -> DVec3 {
+        let s = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(s * phi.cos(), s * phi.sin(), z)
+    }
+
+    #[test]
+    fn kernel_of_parallel_rectangle_over_its_corner_is_the_closed_form() {
+        let unit_case = point_to_polygon(DVec3::ZERO, Z, &ceiling(1., 1., 1.));
+        assert!((unit_case - 0.1385316060).abs() < 1e-10, "{unit_case}");
+        for (a, b, c) in [(2., 0.5, 1.), (0.1, 7., 3.), (1e3, 1e3, 1e-2), (1., 2., 1e-7)] {
+            let f = point_to_polygon(DVec3::ZERO, Z, &ceiling(a, b, c));
+            assert!((f - parallel_closed_form(a, b, c)).abs() < 1e-13, "{a} {b} {c}: {f}");
+        }
+    }
+
+    #[test]
+    fn kernel_of_perpendicular_rectangle_is_the_closed_form() {
+        for (w, h, d) in [(1., 1., 1.), (2., 1., 0.3), (0.5, 4., 1e-6), (1., 1., 40.)] {
+            let wall = [
+                DVec3::new(0., 0., 0.),
+                DVec3::new(0., 0., h),
+                DVec3::new(w, 0., h),
+                DVec3::new(w, 0., 0.),
+            ];
+            let f = point_to_polygon(DVec3::new(0., d, 0.), Z, &wall);
+            assert!((f - perpendicular_closed_form(w, h, d)).abs() < 1e-13, "{w} {h} {d}: {f}");
+        }
+        assert!((perpendicular_closed_form(1., 1., 1.) - 0.0557341970).abs() < 1e-10);
+    }
+
+    #[test]
+    fn kernel_over_a_wall_that_goes_below_the_horizon_is_that_of_its_upper_part() {
+        let wall = |z0: f64, z1: f64| {
+            [
+                DVec3::new(-1., 0., z0),
+                DVec3::new(-1., 0., z1),
+                DVec3::new(2., 0., z1),
+                DVec3::new(2., 0., z0),
+            ]
+        };
+        let x = DVec3::new(0., 0.7, 0.);
+        let (whole, upper) =
+            (point_to_polygon(x, Z, &wall(-3., 1.)), point_to_polygon(x, Z, &wall(0., 1.)));
+        assert!(upper > 0.05 && (whole - upper).abs() < 1e-15, "{whole} {upper}");
+    }
+
+    #[test]
+    fn kernel_far_away_tends_to_cos_cos_over_pi_r_squared() {
+        let side = 1e-3;
+        for (z, phi) in [(0.9, 0.3), (0.5, 2.0), (0.1, 4.0)] {
+            let r = 10.0;
+            let c = unit(z, phi) * r;
+            let polygon = ceiling(side, side, 0.0).map(|v| v + c - DVec3::new(side / 2., side / 2., 0.));
+            let f = point_to_polygon(DVec3::ZERO, Z, &polygon);
+            let limit = z * z * side * side / (PI * r * r);
+            assert!((f / limit - 1.0).abs() < 1e-7, "{f} {limit}");
+        }
+    }
+
+    #[test]
+    fn kernel_from_behind_or_within_the_plane_or_on_an_edge_is_zero_or_finite() {
+        let q = ceiling(1., 1., 1.);
+        assert_eq!(point_to_polygon(DVec3::new(0.5, 0.5, 2.), -Z, &q), 0.0);
+        assert_eq!(point_to_polygon(DVec3::new(0.5, 0.5, 1.), Z, &q), 0.0);
+        assert_eq!(point_to_polygon(DVec3::new(3., 0.5, 1.), Z, &q), 0.0);
+        assert_eq!(point_to_polygon(DVec3::new(0.5, 0., 1.), Z, &q), 0.0);
+        assert_eq!(point_to_polygon(q[0], Z, &q), 0.0);
+        assert_eq!(point_to_polygon(DVec3::splat(f64::NAN), Z, &q), 0.0);
+        assert_eq!(point_to_polygon(DVec3::ZERO, Z, &q[..2]), 0.0);
+    }
+
+    #[test]
+    fn kernel_just_under_a_polygon_is_one_and_just_beside_a_wall_one_half() {
+        let q = ceiling(1., 1., 1.);
+        let under = point_to_polygon(DVec3::new(0.5, 0.5, 1. - 1e-9), Z, &q);
+        assert!((under - 1.0).abs() < 1e-8, "{under}");
+        let wall = [DVec3::ZERO, DVec3::new(0., 0., 1.), DVec3::new(1., 0., 1.), DVec3::new(1., 0., 0.)];
+        let beside = point_to_polygon(DVec3::new(0.5, 1e-9, 0.), Z, &wall);
+        assert!((beside - 0.5).abs() < 1e-8, "{beside}");
+    }
+
+    #[test]
+    fn kernel_of_a_bent_quad_is_the_sum_of_its_triangles() {
+        let mut q = ceiling(1., 1., 1.);
+        q[1].z = 0.8;
+        let x = DVec3::new(0.3, 0.1, 0.);
+        let whole = point_to_polygon(x, Z, &q);
+        let parts = point_to_polygon(x, Z, &q[..3]) + point_to_polygon(x, Z, &[q[0], q[2], q[3]]);
+        assert!((whole - parts).abs() < 1e-15 && whole > 0.1);
+        assert!((whole - point_to_polygon(x, Z, &ceiling(1., 1., 1.))).abs() > 1e-3);
+    }
+
+    #[test]
+    fn centre_above_horizon_of_a_sunken_wall_is_above_it() {
+        let wall = [
+            DVec3::new(0., 1., -9.),
+            DVec3::new(0., 1., 1.),
+            DVec3::new(1., 1., 1.),
+            DVec3::new(1., 1., -9.),
+        ];
+        let centre = Source::new(&wall).centre_above_horizon(DVec3::ZERO, Z).expect("a part is above");
+        assert!((centre - DVec3::new(0.5, 1., 0.5)).length() < 1e-12, "{centre}");
+        assert_eq!(Source::new(&wall).centre_above_horizon(DVec3::new(0., 0., 5.), Z), None);
+    }
+
+    proptest! {
+        #[test]
+        fn kernel_inside_a_closed_box_sums_to_one(
+            x in 0.001..0.999f64, y in 0.001..0.999f64, w in 0.001..0.999f64,
+            z in -1.0..1.0f64, phi in 0.0..6.283f64,
+        ) {
+            let n = unit(z, phi);
+            let sum: f64 = box_walls().iter().map(|q| point_to_polygon(DVec3::new(x, y, w), n, q)).sum();
+            prop_assert!((sum - 1.0).abs() < 1e-12, "{sum}");
+        }
+
+        #[test]
+        fn kernel_of_a_subdivision_sums_to_the_whole(
+            x in -2.0..2.0f64, y in -2.0..2.0f64, h in 1e-6..3.0f64,
+            z in -1.0..1.0f64, phi in 0.0..6.283f64, s in 0.01..0.99f64, t in 0.01..0.99f64,
+        ) {
+            let (p, n) = (DVec3::new(x, y, 1.0 - h), unit(z, phi));
+            let q = ceiling(1., 1., 1.);
+            let whole = point_to_polygon(p, n, &q);
+            let at = |s: f64, t: f64| q[0] + s * (q[1] - q[0]) + t * (q[3] - q[0]);
+            let (ss, ts) = ([0., s, 1.], [0., t, 1.]);
+            let mut sum = 0.0;
+            for i in 0..2 {
+                for j in 0..2 {
+                    let part = [
+                        at(ss[i], ts[j]), at(ss[i + 1], ts[j]), at(ss[i + 1], ts[j + 1]), at(ss[i], ts[j + 1]),
+                    ];
+                    sum += point_to_polygon(p, n, &part);
+                }
+            }
+            prop_assert!((sum - whole).abs() < 1e-12, "{sum} {whole}");
+        }
+
+        #[test]
+        fn kernel_of_any_quad_lies_in_zero_to_one(v in prop::collection::vec(-1.0..1.0f64, 12),
+            z in -1.0..1.0f64, phi in 0.0..6.283f64,
+        ) {
+            let q: Vec<DVec3> = v.chunks(3).map(DVec3::from_slice).collect();
+            let f = point_to_polygon(DVec3::ZERO, unit(z, phi), &q);
+            prop_assert!((0.0..=1.0).contains(&f));
+        }
+    }
 }

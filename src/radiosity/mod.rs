@@ -4,6 +4,9 @@
 //! Mesh --shots: kernel (polygon formula) x visibility (port)--> E_mean per element, E_vertex per vertex, account
 //! ```
 //! B = M + rho E. E is kept apart as direct (straight from an emitter or light) and indirect (the rest).
+//!
+//! Memory: per element and per vertex about 100 and 50 bytes; form-factor rows of patches that shot, 4 bytes a
+//! non-zero factor plus 0.2 bytes a receiver, up to [`SolveOptions::max_row_bytes`].
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +15,19 @@ use crate::raycast::{CastError, RayCaster};
 use crate::scene::Scene;
 use crate::units::Rgb;
 
+mod form_factors;
 pub mod kernel;
+mod light_shots;
+pub mod lights;
+mod probe;
+mod receivers;
+mod row;
+mod sampling;
+mod shooting;
+pub mod solution_file;
+pub mod summary;
+#[cfg(test)]
+mod tests;
 
 /// Irradiance kept in two parts (W/m^2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -59,11 +74,13 @@ pub struct SolveOptions {
     pub max_shots: usize,
     /// Seed of every sampling pattern.
     pub seed: u64,
+    /// Memory for form-factor rows (bytes); patches whose rows do not fit cast them anew for every shot.
+    pub max_row_bytes: u64,
 }
 
 impl Default for SolveOptions {
     fn default() -> Self {
-        SolveOptions { unshot_share: 2e-4, max_shots: 1_000_000, seed: 1 }
+        SolveOptions { unshot_share: 2e-4, max_shots: 1_000_000, seed: 1, max_row_bytes: 2 << 30 }
     }
 }
 
@@ -126,8 +143,7 @@ pub fn solve(
     options: &SolveOptions,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    let _ = (scene, mesh, caster, options, progress);
-    todo!()
+    shooting::run(scene, mesh, caster, options, progress)
 }
 
 /// Irradiance at a free point, direct light integrated there and indirect gathered from `E_mean`.
@@ -150,6 +166,5 @@ pub fn probe(
     caster: &mut dyn RayCaster,
     points: &[ProbePoint],
 ) -> Result<Vec<SplitIrradiance>, SolveError> {
-    let _ = (scene, mesh, solution, caster, points);
-    todo!()
+    probe::run(scene, mesh, solution, caster, points)
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::CastError;
 use crate::geom::{Ray, tangent_frame};
 
 /// Rays that start at one apex. Ray i of an n x m kind is column `i % n`, row `i / n`.
@@ -71,7 +72,7 @@ impl RayBundle {
         match self {
             RayBundle::Tile { n, m, .. }
             | RayBundle::Fan { n, m, .. }
-            | RayBundle::Hemisphere { n, m, .. } => (n * m) as usize,
+            | RayBundle::Hemisphere { n, m, .. } => *n as usize * *m as usize,
             RayBundle::Targets { points, .. } => points.len(),
         }
     }
@@ -132,4 +133,55 @@ pub fn cosine_direction(u: f64, v: f64) -> DVec3 {
         if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_2 - FRAC_PI_4 * (a / b)) };
     let (sin, cos) = phi.sin_cos();
     DVec3::new(r * cos, r * sin, (1.0 - r * r).max(0.0).sqrt())
+}
+
+/// Lengths of a direction that f64 products of the casters carry without overflow or underflow.
+const DIRECTION_LENGTHS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+
+/// Checks what every caster needs of a ray: finite, a direction, a range that is one.
+pub(super) fn check_ray(index: usize, ray: &Ray) -> Result<(), CastError> {
+    let bad = |what: String| Err(CastError::BadRay { index, what });
+    if !ray.origin.is_finite() {
+        return bad(format!("origin {} is not finite", ray.origin));
+    }
+    if !ray.dir.is_finite() || !DIRECTION_LENGTHS.contains(&ray.dir.abs().max_element()) {
+        let (low, high) = (DIRECTION_LENGTHS.start(), DIRECTION_LENGTHS.end());
+        return bad(format!("direction {} has no length in {low:e}..={high:e}", ray.dir));
+    }
+    if !ray.t_min.is_finite() || ray.t_max.is_nan() {
+        return bad(format!("t range {}..={} is none", ray.t_min, ray.t_max));
+    }
+    Ok(())
+}
+
+/// Checks a bundle whose first ray has `index` in its query: 1 to 64 rays, each usable, jitter in [0, 1).
+pub(super) fn check_bundle(index: usize, bundle: &RayBundle) -> Result<(), CastError> {
+    let n = bundle.n_rays();
+    if !(1..=MAX_BUNDLE_RAYS).contains(&n) {
+        let what = format!("a bundle of {n} rays; 1 to {MAX_BUNDLE_RAYS} are possible");
+        return Err(CastError::BadRay { index, what });
+    }
+    if let RayBundle::Fan { jitter, .. } = bundle
+        && !jitter.iter().all(|j| (0.0..1.0).contains(j))
+    {
+        let what = format!("jitter {jitter:?} is outside [0, 1)");
+        return Err(CastError::BadRay { index, what });
+    }
+    if let RayBundle::Hemisphere { normal, spin, .. } = bundle
+        && !(spin.is_finite() && (normal.length() - 1.0).abs() < 1e-6)
+    {
+        let what = format!("normal {normal} of length {} or spin {spin} is no frame", normal.length());
+        return Err(CastError::BadRay { index, what });
+    }
+    (0..n).try_for_each(|i| check_ray(index + i, &bundle.ray(i)))
+}
+
+/// Checks every bundle of a query.
+pub(super) fn check_bundles(bundles: &[RayBundle]) -> Result<(), CastError> {
+    let mut index = 0;
+    for bundle in bundles {
+        check_bundle(index, bundle)?;
+        index += bundle.n_rays();
+    }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! THE PORT: every ray of the host, from camera to form factor, is answered through [`RayCaster`].
 //!
 //! ```text
-//! renderer, solver --Query: rays or bundles--> trait RayCaster --> software.rs | board.rs | null.rs
+//! renderer, solver --Query: rays or bundles--> trait RayCaster --> software/ | board.rs | functional.rs | null.rs
 //!                  <--hits[i] answers ray i---
 //! ```
 
@@ -11,9 +11,17 @@ use crate::geom::Ray;
 use crate::mesh::PatchId;
 
 mod bundle;
+mod patch;
+
+pub mod board;
+pub mod functional;
 pub mod null;
+pub mod quantize;
+mod quantized;
+pub mod software;
 
 pub use bundle::{MAX_BUNDLE_RAYS, RayBundle};
+use patch::bend_m;
 
 /// Geometry of one patch for casters: a triangle, or a quad = two triangles that share the diagonal v0 v2.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,6 +2,8 @@
 
 pub mod bundle;
 pub mod cell_step;
+mod hemisphere;
+pub mod mailbox;
 pub mod ray_patch;
 
 /// A ray as the board holds it.

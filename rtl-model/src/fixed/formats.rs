@@ -52,26 +52,19 @@ pub struct FormatError {
     pub max: u32,
 }
 
-/// One row of the width table.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct WireWidth {
-    /// Which wire, as named in `datapath/`.
-    pub wire: &'static str,
-    /// Its width in bits, sign included.
-    pub bits: u32,
-    /// Its fraction bits.
-    pub frac_bits: u32,
-    /// Largest magnitude that it can carry.
-    pub max_magnitude: i128,
-}
-
 impl Formats {
     /// Checks every width.
     ///
     /// # Errors
     /// The first parameter outside its range.
     pub fn validate(&self) -> Result<(), FormatError> {
-        todo!()
+        let check = |name, value, min, max| {
+            if (min..=max).contains(&value) { Ok(()) } else { Err(FormatError { name, value, min, max }) }
+        };
+        check("coord_frac_bits", self.coord_frac_bits, 8, 28)?;
+        check("dir_frac_bits", self.dir_frac_bits, 8, 28)?;
+        check("t_frac_bits", self.t_frac_bits, 8, 32)?;
+        check("cross_keep_bits", self.cross_keep(), 4, 2 * self.coord_frac_bits)
     }
 
     /// The largest t word: 4.0.
@@ -79,8 +72,61 @@ impl Formats {
         4 << self.t_frac_bits
     }
 
-    /// Width and largest magnitude of every wire of the datapath.
-    pub fn width_table(&self) -> Vec<WireWidth> {
-        todo!()
+    /// K, the fraction bits of a kept edge normal.
+    pub fn cross_keep(&self) -> u32 {
+        self.cross_keep_bits.unwrap_or(2 * self.coord_frac_bits)
+    }
+
+    /// How many fraction bits of an edge normal are rounded away: 2F - K.
+    #[inline]
+    pub fn cross_drop(&self) -> u32 {
+        self.cross_keep_bits.map_or(0, |keep| (2 * self.coord_frac_bits).saturating_sub(keep))
+    }
+
+    /// What turns (coordinate words) / (direction words) into t words, as left shifts of numerator and denominator:
+    /// t word = num 2^(T+D-F) / den; one of the two is 0.
+    #[inline]
+    pub fn t_shifts(&self) -> (u32, u32) {
+        let (up, down) = (self.t_frac_bits + self.dir_frac_bits, self.coord_frac_bits);
+        (up.saturating_sub(down), down.saturating_sub(up))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn validate_default_formats_passes() {
+        assert_eq!(Formats::default().validate(), Ok(()));
+    }
+
+    #[test]
+    fn validate_each_width_outside_its_range_is_named() {
+        let ok = Formats::default();
+        let cases = [
+            (Formats { coord_frac_bits: 7, ..ok }, "coord_frac_bits"),
+            (Formats { coord_frac_bits: 29, ..ok }, "coord_frac_bits"),
+            (Formats { dir_frac_bits: 7, ..ok }, "dir_frac_bits"),
+            (Formats { dir_frac_bits: 29, ..ok }, "dir_frac_bits"),
+            (Formats { t_frac_bits: 7, ..ok }, "t_frac_bits"),
+            (Formats { t_frac_bits: 33, ..ok }, "t_frac_bits"),
+            (Formats { cross_keep_bits: Some(3), ..ok }, "cross_keep_bits"),
+            (Formats { cross_keep_bits: Some(49), ..ok }, "cross_keep_bits"),
+        ];
+        for (formats, name) in cases {
+            assert_eq!(formats.validate().map_err(|e| e.name), Err(name), "{formats:?}");
+        }
+    }
+
+    #[test]
+    fn t_shifts_over_all_formats_differ_by_t_plus_d_minus_f() {
+        for (f, d, t) in [(8, 28, 32), (28, 8, 8), (24, 24, 24)] {
+            let formats =
+                Formats { coord_frac_bits: f, dir_frac_bits: d, t_frac_bits: t, ..Formats::default() };
+            let (up, down) = formats.t_shifts();
+            assert_eq!(i64::from(up) - i64::from(down), i64::from(t) + i64::from(d) - i64::from(f));
+            assert!(up == 0 || down == 0);
+        }
     }
 }

@@ -1,7 +1,16 @@
-//! Number formats and rounding (DESIGN: sign + fraction words in [-1, 1), run-time widths).
+//! Number formats and rounding: sign + fraction words in [-1, 1), widths chosen at run time.
+//!
+//! ```text
+//! Formats {F, D, T, K, rounding} -> width of every wire (width_table) -> datapath, packet, memory image
+//! ```
+//! Not modelled: saturation. The width table leaves every wire room for its largest value, so nothing overflows.
 
 mod formats;
 mod rounding;
+mod width_table;
+mod words;
 
-pub use formats::{FormatError, Formats, WireWidth};
+pub use formats::{FormatError, Formats};
 pub use rounding::Rounding;
+pub use width_table::WireWidth;
+pub(crate) use words::{clamp_to_u8, index, round_to_word, word_count};

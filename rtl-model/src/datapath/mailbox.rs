@@ -1,0 +1,60 @@
+//! The mailbox of a ray context: the patches that its ray was tested with last.
+//!
+//! ```text
+//! patch of a cell list -> contains? -> (no) test, push        first in, first out
+//! ```
+//! A large patch lies in many neighbouring cells; the mailbox saves its repeated tests. Skipping is safe: a repeated
+//! test returns the same hit. Source: Amanatides, Woo 1987, section 3 (a ray id per object), here turned round so
+//! that the state is the ray context's.
+
+/// Entries of a ray context's mailbox.
+pub const MAILBOX_ENTRIES: usize = 8;
+
+/// A register with no entry yet: patch numbers have 28 bits, so it equals none.
+const EMPTY: u32 = u32::MAX;
+
+/// The last [`MAILBOX_ENTRIES`] tested patches of one ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mailbox {
+    entries: [u32; MAILBOX_ENTRIES],
+}
+
+impl Default for Mailbox {
+    fn default() -> Self {
+        Mailbox { entries: [EMPTY; MAILBOX_ENTRIES] }
+    }
+}
+
+impl Mailbox {
+    /// True when the patch is among the last tested ones.
+    #[inline]
+    pub fn contains(&self, patch: u32) -> bool {
+        // Compares all registers, as the hardware does: no early exit, so it vectorises.
+        self.entries.iter().fold(false, |found, entry| found | (*entry == patch))
+    }
+
+    /// Enters a tested patch in place of the oldest: a shift register.
+    #[inline]
+    pub fn push(&mut self, patch: u32) {
+        self.entries.copy_within(..MAILBOX_ENTRIES - 1, 1);
+        self.entries[0] = patch;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mailbox_after_nine_pushes_has_forgotten_only_the_first() {
+        let mut mailbox = Mailbox::default();
+        assert!(!mailbox.contains(0));
+        for patch in 0..9 {
+            mailbox.push(patch);
+            assert!(mailbox.contains(patch));
+        }
+        assert!(!mailbox.contains(0));
+        assert!((1..9).all(|patch| mailbox.contains(patch)));
+        assert!(!mailbox.contains(9));
+    }
+}

@@ -1,0 +1,154 @@
+//! Which patches touch which closed cells, and how fine the grid is.
+//!
+//! ```text
+//! patches -> descent through the octree of cells, all grids at once -> entries and occupied cells of every g -> g
+//!         -> descent to that g -> (cell, patch) -> counting sort -> lists, ascending inside a cell
+//! ```
+//! A patch touches a cell of side h only if it touches the cell of side 2h around it, so eight children of each
+//! touched cell are all that need a test. A quad is its two triangles.
+
+use crate::datapath::PatchWords;
+use crate::datapath::cell_step::Grid;
+use crate::fixed::{Formats, index, word_count};
+use crate::packet::PATCH_LINE_WORDS;
+
+use super::tri_box::TriangleAxes;
+
+/// Mean entries of an occupied cell that the automatic grid aims at.
+const WANTED_ENTRIES: u128 = 2;
+
+/// An automatic grid never asks for more memory than this, unless four times the patches' own size is more.
+const AUTO_LIMIT_BYTES: usize = 16 << 20;
+
+/// Words that 32-bit addresses reach.
+const ADDRESSABLE_WORDS: usize = 1 << 31;
+
+/// Finest grid of all: 2^7 cells a side.
+const MAX_LOG2_CELLS: u32 = 7;
+
+/// The cell lists of the chosen grid.
+#[derive(Clone, Debug)]
+pub(super) struct CellLists {
+    /// The grid.
+    pub(super) grid: Grid,
+    /// Entries of each cell.
+    pub(super) counts: Vec<u32>,
+    /// The lists one after another in cell order.
+    pub(super) entries: Vec<u32>,
+}
+
+impl CellLists {
+    /// Lists for a given grid, or for the best one.
+    pub(super) fn build(formats: &Formats, patches: &[PatchWords], log2_cells: Option<u32>) -> CellLists {
+        let log2_cells = match log2_cells {
+            Some(g) => g.min(MAX_LOG2_CELLS).min(formats.coord_frac_bits),
+            None => auto_grid(formats, patches),
+        };
+        let grid = Grid { log2_cells };
+        let mut pairs = Vec::new();
+        let mut counts = vec![0_u32; grid.n_cells()];
+        for (patch, number) in patches.iter().zip(0..) {
+            descend(formats, patch, log2_cells, &mut |level, cell| {
+                if level == log2_cells {
+                    let cell = cell_index(level, cell);
+                    counts[cell] += 1;
+                    pairs.push((word_count(cell), number));
+                }
+            });
+        }
+        let mut next = Vec::with_capacity(counts.len());
+        let mut total = 0;
+        for count in &counts {
+            next.push(total);
+            total += index(*count);
+        }
+        let mut entries = vec![0; total];
+        for (cell, number) in pairs {
+            let slot = &mut next[index(cell)];
+            entries[*slot] = number;
+            *slot += 1;
+        }
+        CellLists { grid, counts, entries }
+    }
+}
+
+/// Index of a cell of grid g, x fastest.
+fn cell_index(g: u32, cell: [u32; 3]) -> usize {
+    index(cell[0]) | index(cell[1]) << g | index(cell[2]) << (2 * g)
+}
+
+/// The g in 1..=7 whose mean list length over occupied cells is nearest to two, among those that fit the limit; the
+/// coarser of two equals.
+fn auto_grid(formats: &Formats, patches: &[PatchWords]) -> u32 {
+    let finest = MAX_LOG2_CELLS.min(formats.coord_frac_bits);
+    let patch_words = patches.len() * index(PATCH_LINE_WORDS);
+    let limit = (AUTO_LIMIT_BYTES / 4).max(4 * patch_words).min(ADDRESSABLE_WORDS);
+    let fixed_words = |g: u32| {
+        let cells = Grid { log2_cells: g }.n_cells();
+        cells.div_ceil(32) + 2 * cells + patch_words
+    };
+    let deepest = (1..=finest).rev().find(|g| fixed_words(*g) <= limit).unwrap_or(1);
+    let mut entries = vec![0_usize; index(deepest) + 1];
+    let mut occupied: Vec<Vec<bool>> =
+        (0..=deepest).map(|g| vec![false; Grid { log2_cells: g }.n_cells()]).collect();
+    for patch in patches {
+        descend(formats, patch, deepest, &mut |level, cell| {
+            entries[index(level)] += 1;
+            occupied[index(level)][cell_index(level, cell)] = true;
+        });
+    }
+    let mut best: Option<(u32, u128, u128)> = None;
+    for g in 1..=deepest {
+        let total = entries[index(g)];
+        let used = occupied[index(g)].iter().filter(|o| **o).count();
+        if used == 0 || (g > 1 && fixed_words(g) + total > limit) {
+            continue;
+        }
+        let (total, used) = (u128::try_from(total).unwrap_or(0), u128::try_from(used).unwrap_or(1));
+        // |total / used - 2|, compared as fractions.
+        let miss = total.abs_diff(WANTED_ENTRIES * used);
+        if best.is_none_or(|(_, best_miss, best_used)| miss * best_used < best_miss * used) {
+            best = Some((g, miss, used));
+        }
+    }
+    best.map_or(1, |(g, ..)| g)
+}
+
+/// Calls `visit(level, cell)` for every cell of every level 0..=`deepest` that the patch touches.
+fn descend(formats: &Formats, patch: &PatchWords, deepest: u32, visit: &mut impl FnMut(u32, [u32; 3])) {
+    let [v0, v1, v2, v3] = patch.corners;
+    let first = TriangleAxes::new([v0, v1, v2]);
+    let second = (!patch.is_triangle).then(|| TriangleAxes::new([v0, v2, v3]));
+    let triangles = [Some(&first), second.as_ref()];
+    let cube = 1_i64 << formats.coord_frac_bits;
+    Descent { cube, deepest, visit }.enter(0, [0; 3], triangles);
+}
+
+/// The descent of one patch.
+struct Descent<'a, V> {
+    /// 2^F.
+    cube: i64,
+    deepest: u32,
+    visit: &'a mut V,
+}
+
+impl<V: FnMut(u32, [u32; 3])> Descent<'_, V> {
+    /// Enters a cell if one of the triangles, which touch the cell around it, touches this one too.
+    fn enter(&mut self, level: u32, cell: [u32; 3], triangles: [Option<&TriangleAxes>; 2]) {
+        let side = (2 * self.cube) >> level;
+        let corner = cell.map(|place| i64::from(place) * side - self.cube);
+        let here = triangles.map(|triangle| triangle.filter(|t| t.touches(corner, side)));
+        if here.iter().all(Option::is_none) {
+            return;
+        }
+        (self.visit)(level, cell);
+        if level == self.deepest {
+            return;
+        }
+        for child in 0..8_u32 {
+            let inner =
+                [2 * cell[0] + (child & 1), 2 * cell[1] + (child >> 1 & 1), 2 * cell[2] + (child >> 2)];
+            self.enter(level + 1, inner, here);
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! Form factors of one shooter to every receiver: kernel on the host, visibility through the port.
+//!
+//! ```text
+//! patch --kernel (polygon formula), all receivers--> candidates --Targets bundles, one query--> visible share
+//!       --> F = kernel x share, mean over the quadrature points of an element --> Row
+//! patch --Hemisphere bundle--> share lost through openings, share on backs
+//! ```
+//! Source points: one a stratum (element) of the shooter, jittered. A quadrature point looks at one stratum, so that
+//! those of an element cover them all; a vertex looks at one; shooters in `full` are looked at with all strata from
+//! everywhere. A stratum below the receiver's horizon is passed over; when all are, the middle of what is above it
+//! is looked at. Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
+//!
+//! Not modelled: light through glass, and the penumbra inside a patch beyond the four strata.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::kernel::Source;
+use super::receivers::Receivers;
+use super::row::SparseRow;
+use super::sampling::{hash, unit_pair};
+use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint};
+use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+
+/// Strata of a shooter.
+const N_STRATA: usize = 4;
+/// Bit of a ray to the middle of what is above the horizon.
+const MIDDLE: u8 = 1 << N_STRATA;
+/// Source points keep this share of a stratum's width off its edges, where a wall may stand.
+const STRATUM_MARGIN: f64 = 0.02;
+/// Hemisphere rays of a shooter: 8 x 8.
+const HEMISPHERE_SIDE: u32 = 8;
+
+/// Form factors from every receiver to one shooter.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    /// Means over elements.
+    pub elements: SparseRow,
+    /// At vertices.
+    pub vertices: SparseRow,
+}
+
+impl Row {
+    pub(super) fn n_bytes(&self) -> u64 {
+        self.elements.n_bytes() + self.vertices.n_bytes()
+    }
+}
+
+/// Where the light of a shooter goes that reaches no element.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct StrayShares {
+    /// Out through openings.
+    pub lost: f64,
+    /// Onto backs of one-sided surfaces.
+    pub back: f64,
+}
+
+/// Casts rows.
+pub(super) struct FormFactors<'a> {
+    pub mesh: &'a Mesh,
+    pub receivers: &'a Receivers,
+    pub seed: u64,
+    pub offset_m: f64,
+}
+
+/// What one receiver asks of a shooter.
+#[derive(Clone, Copy)]
+struct Candidate {
+    kernel: f64,
+    /// Strata to look at, and `MIDDLE`.
+    looks: u8,
+}
+
+impl FormFactors<'_> {
+    /// The row of `patch`, and how many rays it took; `full`: all strata from everywhere.
+    pub(super) fn row(
+        &self,
+        patch: PatchId,
+        full: bool,
+        caster: &mut dyn RayCaster,
+    ) -> Result<(Row, u64), CastError> {
+        let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
+        let receivers = &self.receivers.all;
+        let n_gauss = self.receivers.n_gauss();
+        let candidates: Vec<Candidate> = receivers
+            .par_iter()
+            .enumerate()
+            .with_min_len(1024)
+            .map(|(i, r)| {
+                let is_vertex = i >= n_gauss;
+                let is_own = !is_vertex && shooter.is_own(self.mesh.elements[r.owner as usize].patch);
+                let kernel = if is_own { 0.0 } else { shooter.source.form_factor(r.point, r.normal) };
+                if kernel == 0.0 {
+                    return Candidate { kernel, looks: 0 };
+                }
+                let kind = u64::from(is_vertex) << 32;
+                let turn = hash(self.seed, u64::from(patch.0), kind | u64::from(r.owner)) as usize;
+                let first = (turn + r.slot as usize) % N_STRATA;
+                Candidate { kernel, looks: shooter.looks(r.target, r.normal, first, full) }
+            })
+            .collect();
+
+        let (bundles, owners) = self.bundles(&shooter, &candidates);
+        let blocked = match bundles.is_empty() {
+            true => Vec::new(),
+            false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?,
+        };
+        let mut n_visible = vec![0u8; receivers.len()];
+        for (&owner, blocked) in owners.iter().zip(&blocked) {
+            n_visible[owner as usize] += u8::from(!blocked);
+        }
+        let factor = |i: usize| {
+            let c = &candidates[i];
+            if n_visible[i] == 0 {
+                return 0.0;
+            }
+            c.kernel * f64::from(n_visible[i]) / f64::from(c.looks.count_ones())
+        };
+        let starts = &self.receivers.element_starts;
+        let elements: Vec<f32> = (0..self.receivers.n_elements())
+            .map(|e| {
+                let points = starts[e] as usize..starts[e + 1] as usize;
+                points.map(|i| receivers[i].weight * factor(i)).sum::<f64>() as f32
+            })
+            .collect();
+        let vertices: Vec<f32> = (n_gauss..receivers.len()).map(|i| factor(i) as f32).collect();
+        let row = Row { elements: SparseRow::pack(&elements), vertices: SparseRow::pack(&vertices) };
+        Ok((row, owners.len() as u64))
+    }
+
+    /// `Targets` bundles stratum by stratum, receivers in mesh order, and the receiver that each ray belongs to.
+    fn bundles(&self, shooter: &Shooter, candidates: &[Candidate]) -> (Vec<RayBundle>, Vec<u32>) {
+        let mut bundles = Vec::new();
+        let mut owners = Vec::new();
+        for (stratum, &apex) in shooter.apexes.iter().enumerate() {
+            let mut points = Vec::with_capacity(MAX_BUNDLE_RAYS);
+            for (i, candidate) in candidates.iter().enumerate() {
+                if candidate.looks & 1 << stratum != 0 {
+                    points.push(self.receivers.all[i].target);
+                    owners.push(i as u32);
+                    if points.len() == MAX_BUNDLE_RAYS {
+                        let points = std::mem::replace(&mut points, Vec::with_capacity(MAX_BUNDLE_RAYS));
+                        bundles.push(RayBundle::Targets { apex, points });
+                    }
+                }
+            }
+            if !points.is_empty() {
+                bundles.push(RayBundle::Targets { apex, points });
+            }
+        }
+        for (i, candidate) in candidates.iter().enumerate() {
+            if candidate.looks & MIDDLE != 0 {
+                let r = &self.receivers.all[i];
+                let middle = shooter.source.centre_above_horizon(r.point, r.normal);
+                let apex = middle.unwrap_or(shooter.centre) + self.offset_m * shooter.normal;
+                bundles.push(RayBundle::Targets { apex, points: vec![r.target] });
+                owners.push(i as u32);
+            }
+        }
+        (bundles, owners)
+    }
+
+    /// Shares of `patch`'s light that reach no element, and how many rays it took.
+    pub(super) fn stray_shares(
+        &self,
+        patch: PatchId,
+        caster: &mut dyn RayCaster,
+    ) -> Result<(StrayShares, u64), CastError> {
+        let p = &self.mesh.patches[patch.0 as usize];
+        let corners = self.mesh.polygon(&p.corners);
+        let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let bundle = RayBundle::Hemisphere {
+            apex: centre + self.offset_m * p.normal,
+            normal: p.normal,
+            spin: TAU * unit_pair(hash(self.seed, u64::from(patch.0), u64::MAX))[0],
+            n: HEMISPHERE_SIDE,
+            m: HEMISPHERE_SIDE,
+        };
+        let n = bundle.n_rays();
+        let shares = stray(self.mesh, caster, Query::Bundles(&[bundle]), |_| 1.0)?;
+        Ok((shares, n as u64))
+    }
+}
+
+/// Weighted shares of the rays of a query that miss everything and that hit backs of one-sided surfaces.
+pub(super) fn stray(
+    mesh: &Mesh,
+    caster: &mut dyn RayCaster,
+    query: Query<'_>,
+    weight: impl Fn(usize) -> f64,
+) -> Result<StrayShares, CastError> {
+    let hits = caster.closest_hits(Purpose::FormFactor, query)?;
+    let (mut shares, mut total) = (StrayShares::default(), 0.0);
+    for (i, hit) in hits.iter().enumerate() {
+        total += weight(i);
+        match hit {
+            None => shares.lost += weight(i),
+            Some(hit) if mesh.patch_of_hit(hit.patch, hit.facing).is_none() => shares.back += weight(i),
+            Some(_) => {}
+        }
+    }
+    if total > 0.0 {
+        shares = StrayShares { lost: shares.lost / total, back: shares.back / total };
+    }
+    Ok(shares)
+}
+
+/// A patch made ready to shoot.
+struct Shooter {
+    patch: PatchId,
+    twin: Option<PatchId>,
+    source: Source,
+    normal: DVec3,
+    centre: DVec3,
+    /// Source points on the patch (m), one a stratum, and the same lifted off it.
+    points: [DVec3; N_STRATA],
+    apexes: [DVec3; N_STRATA],
+}
+
+impl Shooter {
+    fn of(mesh: &Mesh, id: PatchId, seed: u64, offset_m: f64) -> Shooter {
+        let patch = &mesh.patches[id.0 as usize];
+        let corners = mesh.polygon(&patch.corners);
+        let mut points = [DVec3::ZERO; N_STRATA];
+        let mut apexes = points;
+        let n_elements = patch.elements.len() as u32;
+        for k in 0..N_STRATA {
+            let element = ElementId(patch.elements.start + k as u32 % n_elements.max(1));
+            let jitter = unit_pair(hash(seed, u64::from(id.0), 1 << 40 | k as u64))
+                .map(|u| STRATUM_MARGIN + (1.0 - 2.0 * STRATUM_MARGIN) * u);
+            points[k] = mesh.position(SurfacePoint { element, st: inside(mesh, element, jitter) });
+            apexes[k] = points[k] + offset_m * mesh.elements[element.0 as usize].normal;
+        }
+        Shooter {
+            patch: id,
+            twin: patch.twin,
+            source: Source::new(&corners),
+            normal: patch.normal,
+            centre: corners.iter().sum::<DVec3>() / corners.len() as f64,
+            points,
+            apexes,
+        }
+    }
+
+    /// The patch itself or its other side: they never see it.
+    fn is_own(&self, patch: PatchId) -> bool {
+        patch == self.patch || Some(patch) == self.twin
+    }
+
+    /// Strata that a receiver looks at: those above its horizon, all or the first from `first` on.
+    fn looks(&self, target: DVec3, normal: DVec3, first: usize, full: bool) -> u8 {
+        let mut looks = 0;
+        for turn in 0..N_STRATA {
+            let k = (first + turn) % N_STRATA;
+            if (self.points[k] - target).dot(normal) > 0.0 {
+                looks |= 1 << k;
+                if !full {
+                    break;
+                }
+            }
+        }
+        if looks == 0 { MIDDLE } else { looks }
+    }
+}
+
+/// Local coordinates of a uniform sample in an element; a triangle folds the square.
+pub(super) fn inside(mesh: &Mesh, element: ElementId, [s, t]: [f64; 2]) -> DVec2 {
+    match mesh.elements[element.0 as usize].corners {
+        Corners::Triangle(_) if s + t > 1.0 => DVec2::new(1.0 - s, 1.0 - t),
+        _ => DVec2::new(s, t),
+    }
+}
