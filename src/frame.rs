@@ -12,8 +12,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rtl_model::board::BoardStatistics;
 use rtl_model::spec::BoardSpec;
+use rtl_model::statistics::BoardStatistics;
 use serde::{Deserialize, Serialize};
 
 use crate::geom::{DVec3, Ray};

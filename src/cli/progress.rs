@@ -16,7 +16,7 @@ pub struct Bars {
     unshot_target: f64,
     /// Camera rays of the picture, for the rate of pass 2.
     n_camera_rays: u64,
-    current: Option<(Phase, ProgressBar, Instant)>,
+    current: Option<(Phase, (ProgressBar, Instant))>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,48 +37,46 @@ impl Bars {
             Progress::Solve(p) => (Phase::Solve, solved_share(p.unshot_share, self.unshot_target)),
             Progress::Render(share) => (Phase::Render, share),
         };
+        let n_camera_rays = self.n_camera_rays;
         let (bar, started) = self.bar(phase);
         let seconds = started.elapsed().as_secs_f64().max(1e-9);
-        let message = match progress {
+        bar.set_message(match progress {
             Progress::Solve(p) => {
                 format!("{} unshot, {}", percent(p.unshot_share), si(p.n_shots as f64 / seconds, "shots/s"))
             }
-            Progress::Render(share) => si(share * self.n_camera_rays as f64 / seconds, "camera rays/s"),
-        };
-        let (bar, _) = self.bar(phase);
-        bar.set_message(message);
+            Progress::Render(share) => si(share * n_camera_rays as f64 / seconds, "camera rays/s"),
+        });
         bar.set_position((done.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
-    fn bar(&mut self, phase: Phase) -> (&ProgressBar, Instant) {
-        if self.current.as_ref().is_none_or(|(p, ..)| *p != phase) {
+    /// The phase's bar and when it began; a bar of another phase gives way.
+    fn bar(&mut self, phase: Phase) -> &(ProgressBar, Instant) {
+        if self.current.as_ref().is_some_and(|(p, _)| *p != phase) {
             self.finish();
-            let bar = ProgressBar::new(STEPS);
-            let prefix = match phase {
-                Phase::Solve => "pass 1",
-                Phase::Render => "pass 2",
-            };
-            // The template is a constant; if it were wrong the default bar would do.
-            if let Ok(style) =
-                ProgressStyle::with_template("{prefix} {bar:30} {percent:>3} %  {msg}, {eta} left")
-            {
-                bar.set_style(style);
-            }
-            bar.set_prefix(prefix);
-            self.current = Some((phase, bar, Instant::now()));
         }
-        match &self.current {
-            Some((_, bar, started)) => (bar, *started),
-            None => unreachable!("set above"),
-        }
+        let (_, bar) = self.current.get_or_insert_with(|| (phase, (new_bar(phase), Instant::now())));
+        bar
     }
 
     /// Removes the bar.
     pub fn finish(&mut self) {
-        if let Some((_, bar, _)) = self.current.take() {
+        if let Some((_, (bar, _))) = self.current.take() {
             bar.finish_and_clear();
         }
     }
+}
+
+fn new_bar(phase: Phase) -> ProgressBar {
+    let bar = ProgressBar::new(STEPS);
+    // The template is a constant; if it were wrong the default bar would do.
+    if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:30} {percent:>3} %  {msg}, {eta} left") {
+        bar.set_style(style);
+    }
+    bar.set_prefix(match phase {
+        Phase::Solve => "pass 1",
+        Phase::Render => "pass 2",
+    });
+    bar
 }
 
 impl Drop for Bars {

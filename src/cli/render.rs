@@ -106,8 +106,6 @@ pub(super) fn board_report(
     options: &FrameOptions,
     statistics: Option<&frame::StatisticsByPurpose>,
 ) -> Option<BoardReport> {
-    match (&options.caster, statistics) {
-        (CasterChoice::Board(spec), Some(statistics)) => Some(BoardReport::new(spec, statistics)),
-        _ => None,
-    }
+    let (CasterChoice::Board(spec), Some(statistics)) = (&options.caster, statistics) else { return None };
+    Some(BoardReport::new(spec, statistics))
 }

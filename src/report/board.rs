@@ -5,9 +5,9 @@
 //! seconds_at_clock = cycles / clock        icu_utilisation = work cycles of all ICUs / (cycles * ICUs)
 //! ```
 
-use rtl_model::board::{BoardStatistics, LevelStatistics};
 use rtl_model::sim::{BlockAccount, Cause};
 use rtl_model::spec::BoardSpec;
+use rtl_model::statistics::{BoardStatistics, LevelStatistics};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 

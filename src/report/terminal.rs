@@ -79,18 +79,17 @@ pub fn simulate_summary(r: &SimulateReport) -> String {
     scene_line(&mut out, &r.scene);
     line(&mut out, "workload", r.workload);
     board_lines(&mut out, &r.board);
-    let causes: Vec<Cause> = Cause::ALL.to_vec();
     let _ = writeln!(out, "\nshare of the cycles by cause, per block");
     let name_width = r.board.blocks.iter().map(|b| b.block.len()).max().unwrap_or(0).max(5);
     let _ = write!(out, "{:<name_width$}", "block");
-    for cause in &causes {
-        let _ = write!(out, " {:>11}", cause_name(*cause));
+    for cause in Cause::ALL {
+        let _ = write!(out, " {:>11}", cause.name());
     }
     out.push('\n');
     for block in &r.board.blocks {
         let _ = write!(out, "{:<name_width$}", block.block);
-        for cause in &causes {
-            let s = share(block.cycles.of(*cause), block.cycles.total());
+        for cause in Cause::ALL {
+            let s = share(block.cycles.of(cause), block.cycles.total());
             let _ = write!(out, " {:>9.1} %", 100.0 * s);
         }
         out.push('\n');
@@ -292,22 +291,6 @@ fn time_line(out: &mut String, t: &Timings) {
     line(out, "wall time", format_args!("{} ({})", si(t.total_seconds, "s"), phases.join(", ")));
 }
 
-/// A cause as a table heads it.
-pub fn cause_name(cause: Cause) -> &'static str {
-    match cause {
-        Cause::Work => "work",
-        Cause::OutputFull => "output full",
-        Cause::Resource => "resource",
-        Cause::CacheMiss => "cache miss",
-        Cause::Memory => "memory",
-        Cause::Bus => "bus",
-        Cause::Starved => "starved",
-        Cause::Idle => "idle",
-        Cause::Fill => "fill",
-        Cause::Drain => "drain",
-    }
-}
-
 /// What a stalled block waits for.
 fn stall_name(cause: Cause) -> &'static str {
     match cause {
@@ -316,7 +299,7 @@ fn stall_name(cause: Cause) -> &'static str {
         Cause::CacheMiss => "a cache miss",
         Cause::Memory => "the memory",
         Cause::Bus => "the bus",
-        other => cause_name(other),
+        other => other.name(),
     }
 }
 
