@@ -87,3 +87,7 @@ impl TriangleAxes {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "tri_box_tests.rs"]
+mod tests;
