@@ -106,6 +106,62 @@ proptest! {
     }
 }
 
+/// DESIGN 3.2 step by step in i128, for edge normals rounded to K bits; edges as the three of a triangle, or the five
+/// of a quad with the diagonal taken once.
+fn reference_rounded(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Option<HitWords> {
+    let (o, d) = (wide(ray.origin), wide(ray.dir));
+    let a = patch.corners.map(|v| minus(wide(v), o));
+    let c =
+        |i: usize, j: usize| cross(a[i], a[j]).map(|w| formats.rounding.divide(w, 1 << formats.cross_drop()));
+    let diagonal = c(0, 2);
+    let loops = if patch.is_triangle {
+        vec![[c(0, 1), c(1, 2), c(2, 0)]]
+    } else {
+        vec![[c(0, 1), c(1, 2), diagonal.map(|w| -w)], [diagonal, c(2, 3), c(3, 0)]]
+    };
+    let mut best: Option<HitWords> = None;
+    for edges in loops {
+        let e = edges.map(|c| inner(c, d));
+        let (most, least) = (*e.iter().max()?, *e.iter().min()?);
+        if (most > 0 && least < 0) || (most == 0 && least == 0) {
+            continue;
+        }
+        let n = [0, 1, 2].map(|k| edges.iter().map(|c| c[k]).sum::<i128>());
+        let (num, den) = (inner(a[0], n), e.iter().sum::<i128>());
+        // t word = num 2^(T+D-F) / den, with both sides doubled often enough to stay whole.
+        let (t, d, f) = (formats.t_frac_bits, formats.dir_frac_bits, formats.coord_frac_bits);
+        let word = formats.rounding.divide(num << (t + d - f.min(t + d)), den << (f - f.min(t + d)));
+        let valid = num * den.signum() >= 0 && word <= i128::from(ray.t_max);
+        let facing = if den < 0 { Facing::Front } else { Facing::Back };
+        if valid && best.is_none_or(|b| word < i128::from(b.t)) {
+            best = Some(HitWords { t: u64::try_from(word).unwrap(), patch: patch.id, facing });
+        }
+    }
+    best
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn intersect_rounded_edge_normals_equals_the_steps_in_i128(
+        (formats, patch, rays) in (widths(), 0_usize..3, 0.0_f64..1.0).prop_flat_map(|((f, d, t), mode, share)| {
+            let rounding = [Rounding::NearestEven, Rounding::HalfAway, Rounding::Floor][mode];
+            let keep = 4 + (share * f64::from(2 * f - 4)) as u32;
+            let formats = Formats { rounding, cross_keep_bits: Some(keep), ..formats(f, d, t) };
+            (Just(formats), patch(f), prop::collection::vec(ray(f, d, t), 16))
+        })
+    ) {
+        for ray in &rays {
+            let aimed = aim(&formats, ray.origin, patch.corners[0], patch.corners[2]);
+            for ray in [Some(*ray), aimed].into_iter().flatten() {
+                let expected = reference_rounded(&formats, &ray, &patch);
+                prop_assert_eq!(intersect(&formats, &ray, &patch), expected, "{:?}", ray);
+            }
+        }
+    }
+}
+
 /// A ray from `origin` toward the middle of two points.
 fn aim(formats: &Formats, origin: [i32; 3], p: [i32; 3], q: [i32; 3]) -> Option<RayWords> {
     let toward = [0, 1, 2].map(|k| i64::from(p[k]) + i64::from(q[k]) - 2 * i64::from(origin[k]));

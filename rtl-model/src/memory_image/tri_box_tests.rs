@@ -51,9 +51,9 @@ fn clip(polygon: &[Point], axis: usize, bound: i64, sign: i128) -> Vec<Point> {
 
 fn clips_to_something(corners: [[i32; 3]; 3], low: [i64; 3], side: i64) -> bool {
     let mut polygon: Vec<Point> = corners.iter().map(|c| c.map(|w| Fraction(i128::from(w), 1))).collect();
-    for axis in 0..3 {
-        polygon = clip(&polygon, axis, low[axis], 1);
-        polygon = clip(&polygon, axis, low[axis] + side, -1);
+    for (axis, bound) in low.into_iter().enumerate() {
+        polygon = clip(&polygon, axis, bound, 1);
+        polygon = clip(&polygon, axis, bound + side, -1);
     }
     !polygon.is_empty()
 }
