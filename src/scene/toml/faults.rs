@@ -17,6 +17,11 @@ pub(super) fn of_toml(source: &Source<'_>, error: &toml::de::Error) -> SceneErro
     if let Some(key) = message.strip_prefix("missing field ") {
         return source.fault(span, format!("missing key {key}"));
     }
+    // serde's words for TOML's things.
+    let message = message
+        .replace("invalid type: map", "invalid type: table")
+        .replace("invalid type: sequence", "invalid type: array")
+        .replace("expected a sequence", "expected an array of tables");
     source.fault(span, message)
 }
 
