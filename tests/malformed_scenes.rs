@@ -182,3 +182,15 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn scene_error_as_a_diagnostic_shows_the_line_and_points_at_the_value() {
+    let text = VALID.replace("reflectance = 0.5", "reflectance = 1.2");
+    let error = Scene::parse(&text, Path::new("scene.toml")).unwrap_err();
+    let mut shown = String::new();
+    let handler = miette::NarratableReportHandler::new();
+    handler.render_report(&mut shown, &error).unwrap();
+    assert!(shown.contains("scene.toml:10:15"), "{shown}");
+    assert!(shown.contains("snippet line 10: reflectance = 1.2"), "{shown}");
+    assert!(shown.contains("starting at line 10, column 15"), "{shown}");
+}
