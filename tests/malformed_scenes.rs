@@ -192,5 +192,5 @@ fn scene_error_as_a_diagnostic_shows_the_line_and_points_at_the_value() {
     handler.render_report(&mut shown, &error).unwrap();
     assert!(shown.contains("scene.toml:10:15"), "{shown}");
     assert!(shown.contains("snippet line 10: reflectance = 1.2"), "{shown}");
-    assert!(shown.contains("starting at line 10, column 15"), "{shown}");
+    assert!(shown.contains("label at line 10, columns 15 to 17"), "{shown}");
 }

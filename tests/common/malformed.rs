@@ -2,6 +2,8 @@
 //!
 //! Most are one edit of a valid scene; `«` in the edit marks the expected place and is taken out of the file.
 
+#![allow(dead_code, reason = "each test that includes it uses a part")]
+
 use std::path::{Path, PathBuf};
 
 /// One malformed scene file.
@@ -276,7 +278,7 @@ fn keys_and_types() -> Vec<Malformed> {
 fn numbers() -> Vec<Malformed> {
     let eye = "eye = [0.5, -2.0, 0.5]";
     vec![
-        edit("NaN", eye, "eye = [0.5, «nan, 0.5]", &["NaN", "finite number"]),
+        edit("NaN", eye, "eye = [0.5, «nan, 0.5]", &["camera.eye: NaN", "finite number"]),
         edit("infinity", eye, "eye = [0.5, -2.0, «-inf]", &["-inf", "finite number"]),
         edit("float overflow", eye, "eye = [«1e999, -2.0, 0.5]", &["overflow"]),
         edit("coordinate beyond the limit", eye, "eye = [0.5, -2.0, «1000001]", &["1000001", "1e6"]),
@@ -400,7 +402,12 @@ fn names() -> Vec<Malformed> {
 fn materials() -> Vec<Malformed> {
     let rho = "reflectance = 0.5";
     vec![
-        edit("reflectance 1.2", rho, "reflectance = «1.2", &["1.2", "[0, 1)"]),
+        edit(
+            "reflectance 1.2",
+            rho,
+            "reflectance = «1.2",
+            &["materials.wall.reflectance: 1.2, expected", "[0, 1)"],
+        ),
         edit("reflectance 1", rho, "reflectance = «1", &["1, expected", "[0, 1)"]),
         edit("negative reflectance", rho, "reflectance = [0.5, «-0.1, 0.5]", &["-0.1", "[0, 1)"]),
         edit("reflectance of two channels", rho, "reflectance = «[0.5, 0.5]", &["2 values", "expected 3"]),
