@@ -14,9 +14,7 @@ use super::plan::{Grid, plan_bounded, weld_tolerance_m};
 use super::split::{NONE, facet, link_neighbours, split};
 use super::tessellate::{tessellate, true_normal};
 use super::weld::{DisjointSets, Welder};
-use super::{
-    Continuity, Corners, Element, ElementId, Mesh, Patch, PatchId, SurfacePatches, Vertex, VertexId,
-};
+use super::{Corners, Element, ElementId, Mesh, Patch, PatchId, SurfacePatches, Vertex, VertexId};
 use crate::geom::DVec3;
 use crate::raycast::Facing;
 use crate::scene::{Scene, SurfaceId};
