@@ -164,10 +164,11 @@ impl Facet {
     }
 }
 
-/// angle(a, b) n . unit(a x b); 0 when the edge points at the receiver, where the limit is 0 or undefined.
+/// angle(a, b) n . unit(a x b), the cross product as a x (b - a), which keeps its digits for short edges; 0 when
+/// the edge points at the receiver, where the limit is 0 or undefined.
 #[inline]
 fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
-    let cross = a.cross(b);
+    let cross = a.cross(b - a);
     let sine = cross.length();
     if sine > 0.0 { normal.dot(cross) * (sine.atan2(a.dot(b)) / sine) } else { 0.0 }
 }

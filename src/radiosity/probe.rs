@@ -186,7 +186,7 @@ fn directional(
         let irradiance = lights::irradiance(light, apex, normal);
         if let (Light::Directional { direction, .. }, false) = (light, irradiance.is_black()) {
             candidates.push(irradiance);
-            rays.push(Ray::unbounded(apex, -*direction));
+            rays.push(Ray::unbounded(apex, DVec3::ZERO - *direction));
         }
     }
     if rays.is_empty() {

@@ -276,11 +276,15 @@ impl Fnv {
     }
 
     fn point(&mut self, p: DVec3) {
-        [p.x, p.y, p.z].map(|c| self.number(c));
+        for c in p.to_array() {
+            self.number(c);
+        }
     }
 
     fn rgb(&mut self, rgb: Rgb) {
-        rgb.0.map(|c| self.number(c));
+        for c in rgb.0 {
+            self.number(c);
+        }
     }
 }
 

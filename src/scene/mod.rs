@@ -1,7 +1,7 @@
 //! The immutable scene: what a scene file says, checked and with every unit resolved.
 //!
 //! ```text
-//! scene.toml --toml.rs--> raw tables with spans --checks--> Scene      (error.rs: file:line:column, value, expected)
+//! scene.toml --toml/--> raw tables with spans --checks--> Scene      (error.rs: file:line:column, value, expected)
 //! ```
 //! Lengths in metres, exitance in W/m^2 per channel and emitting side, angles in degrees where the name says so.
 //! Format: version 1, described in scenes/README.md.
@@ -13,9 +13,10 @@ use glam::DVec3;
 use crate::units::Rgb;
 
 mod error;
+mod shape;
 mod toml;
 
-pub use error::SceneError;
+pub use error::{Place, SceneError};
 
 /// Index of a surface in [`Scene::surfaces`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -193,6 +194,19 @@ impl Scene {
     /// Every fault of the file, with its place (file:line:column), the value, and what was expected.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         toml::load(path)
+    }
+
+    /// Checks the text of a scene file that would stand at `path`.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+        toml::parse(text, path)
+    }
+
+    /// The surface of a name.
+    pub fn surface_named(&self, name: &str) -> Option<SurfaceId> {
+        self.surfaces.iter().position(|s| s.name == name).map(|i| SurfaceId(i as u32))
     }
 
     /// The material of a surface.

@@ -1,0 +1,81 @@
+//! The TOML loader: from a file to a checked [`Scene`], or to one fault with its place.
+//!
+//! ```text
+//! file --source.rs--> text --toml--> tables with spans --raw.rs, value.rs--> RawScene (every single value in range)
+//!      --camera, materials, surfaces (geometry), lights, meshing: what several values say together--> Scene
+//! ```
+//! The first fault ends the loading. Format: version 1, scenes/README.md. Not modelled: `[[mesh]]` (refused).
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue, Deserializer};
+
+use super::{Scene, SceneError};
+use source::Source;
+
+mod camera;
+mod faults;
+mod geometry;
+mod lights;
+mod materials;
+mod meshes;
+mod meshing;
+mod raw;
+mod source;
+mod surfaces;
+mod value;
+
+pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
+    parse(&source::read(path)?, path)
+}
+
+pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+    let source = Source { path, text };
+    let raw = read_tables(&source)?;
+    meshes::refuse(&source, &raw.mesh)?;
+
+    let mut warnings = Vec::new();
+    let camera = raw.camera.map(|c| camera::resolve(&source, c)).transpose()?;
+    let materials = materials::resolve(&source, raw.materials, &mut warnings)?;
+    let surfaces = surfaces::resolve(&source, raw.surface, &materials)?;
+    let lights = raw.light.into_iter().map(|l| lights::resolve(&source, l)).collect::<Result<Vec<_>, _>>()?;
+    let meshing = meshing::resolve(&source, raw.meshing, &surfaces, &mut warnings)?;
+    if lights.is_empty() && surfaces.iter().all(|s| s.exitance.is_black()) {
+        warnings.push(format!("{}: nothing emits light: the picture will be black", path.display()));
+    }
+    Ok(Scene {
+        path: path.to_owned(),
+        camera,
+        materials: materials.list,
+        surfaces,
+        lights,
+        meshing,
+        warnings,
+    })
+}
+
+/// Syntax, version, then keys and types: a file of another version is told so, not that its keys are unknown.
+fn read_tables(source: &Source<'_>) -> Result<raw::RawScene, SceneError> {
+    if source.text.trim().is_empty() {
+        return Err(
+            source.fault(0..0, "the file is empty, expected a scene: `version = 1`, materials, surfaces")
+        );
+    }
+    let root = DeTable::parse(source.text).map_err(|e| faults::of_toml(source, &e))?;
+    match root.get_ref().get("version") {
+        None => return Err(source.fault(0..0, "missing key `version`, expected `version = 1`")),
+        Some(version) => {
+            let is_one = match version.get_ref() {
+                DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()) == Ok(1),
+                _ => false,
+            };
+            if !is_one {
+                let span = version.span();
+                let message = format!("version {}, expected 1, the only one so far", source.slice(&span));
+                return Err(source.fault(span, message));
+            }
+        }
+    }
+    raw::RawScene::deserialize(Deserializer::from(root)).map_err(|e| faults::of_toml(source, &e))
+}
