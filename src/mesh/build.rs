@@ -1,0 +1,412 @@
+//! Patches of all surfaces assembled into one mesh: shared vertices, neighbours, normals.
+//!
+//! ```text
+//! Scene, grids --tessellate, fronts then backs--> patches --edge table--> pairs of patch edges
+//!              --midpoints, union of corners across smooth joins--> vertices --split 2 x 2--> elements
+//! ```
+//! Two patch edges are one when their ends are the same points and they run in opposite directions; they join when
+//! they belong to one surface side, or to the same side of two surfaces of one non-zero smooth group whose normals
+//! there differ by under 40 degrees. Vertices of joined edges are shared; other surfaces have their own vertices at
+//! the same, bitwise equal, position.
+
+use super::junctions::{BorderEdge, count_t_junctions};
+use super::plan::{Grid, plan_bounded, weld_tolerance_m};
+use super::tessellate::{tessellate, true_normal};
+use super::weld::{DisjointSets, Welder};
+use super::{
+    Continuity, Corners, Element, ElementId, Mesh, Patch, PatchId, SurfacePatches, Vertex, VertexId,
+};
+use crate::geom::DVec3;
+use crate::raycast::Facing;
+use crate::scene::{Scene, SurfaceId};
+
+/// Surfaces of one smooth group continue each other below this angle: cos 40 degrees.
+const COS_SMOOTH: f64 = 0.766_044_443_118_978;
+
+const NONE: u32 = u32::MAX;
+
+/// (element, edge) of the first and second half of each patch edge.
+const HALVES_QUAD: [[(u32, usize); 2]; 4] =
+    [[(0, 0), (1, 0)], [(1, 1), (3, 1)], [(3, 2), (2, 2)], [(2, 3), (0, 3)]];
+const HALVES_TRIANGLE: [[(u32, usize); 2]; 3] = [[(0, 0), (1, 0)], [(1, 1), (2, 1)], [(2, 2), (0, 2)]];
+/// Element edges that meet inside a patch.
+const INNER_QUAD: [[(u32, usize); 2]; 4] =
+    [[(0, 1), (1, 3)], [(0, 2), (2, 0)], [(1, 2), (3, 0)], [(2, 1), (3, 3)]];
+const INNER_TRIANGLE: [[(u32, usize); 2]; 3] = [[(0, 1), (3, 1)], [(1, 2), (3, 2)], [(2, 0), (3, 0)]];
+
+/// Patches whose corners are still private to their surface side.
+struct Draft {
+    /// Positions of provisional vertices (m), corners first, then midpoints and centres.
+    points: Vec<DVec3>,
+    /// Welded position of each corner.
+    position_ids: Vec<u32>,
+    patches: Vec<Patch>,
+    surfaces: Vec<SurfacePatches>,
+    n_cast_patches: usize,
+}
+
+/// One side of one patch edge in the edge table.
+struct EdgeRecord {
+    low: u32,
+    high: u32,
+    patch: u32,
+    edge: u32,
+}
+
+pub(super) fn build(scene: &Scene) -> Mesh {
+    let draft = draft(scene, &plan_bounded(scene));
+    let mut sets = DisjointSets::new(draft.points.len());
+    let (across, n_t_junctions) = pair_edges(scene, &draft, &mut sets);
+    let Draft { points, mut patches, surfaces, n_cast_patches, .. } = draft;
+    let (mut vertices, mut elements) = split(points, &mut patches, &across, &mut sets);
+    link_neighbours(&patches, &across, &mut elements);
+    let (vertex_element_starts, vertex_elements) = rows_around(&vertices, &elements);
+    finish_vertices(scene, &patches, &elements, &mut vertices);
+    Mesh {
+        vertices,
+        elements,
+        patches,
+        surfaces,
+        n_cast_patches,
+        n_t_junctions,
+        vertex_element_starts,
+        vertex_elements,
+    }
+}
+
+fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
+    let mut welder = Welder::new(weld_tolerance_m(scene));
+    let mut draft = Draft {
+        points: Vec::new(),
+        position_ids: Vec::new(),
+        patches: Vec::new(),
+        surfaces: Vec::with_capacity(scene.surfaces.len()),
+        n_cast_patches: 0,
+    };
+    for i in 0..grids.len() {
+        let front = draft.add_side(scene, grids, i, Facing::Front, &mut welder);
+        draft.surfaces.push(SurfacePatches { front, back: 0..0 });
+    }
+    draft.n_cast_patches = draft.patches.len();
+    for i in (0..grids.len()).filter(|&i| scene.surfaces[i].two_sided) {
+        let back = draft.add_side(scene, grids, i, Facing::Back, &mut welder);
+        let front = draft.surfaces[i].front.clone();
+        for (f, b) in front.zip(back.clone()) {
+            draft.patches[f as usize].twin = Some(PatchId(b));
+            draft.patches[b as usize].twin = Some(PatchId(f));
+        }
+        draft.surfaces[i].back = back;
+    }
+    draft
+}
+
+impl Draft {
+    fn add_side(
+        &mut self,
+        scene: &Scene,
+        grids: &[Grid],
+        i: usize,
+        side: Facing,
+        welder: &mut Welder,
+    ) -> std::ops::Range<u32> {
+        let cut = tessellate(&scene.surfaces[i].shape, grids[i]);
+        let base = self.points.len() as u32;
+        for point in cut.points {
+            let (id, at) = welder.weld(point);
+            self.position_ids.push(id);
+            self.points.push(at);
+        }
+        let start = self.patches.len() as u32;
+        for corners in cut.patches {
+            let corners = if side == Facing::Back { corners.flipped() } else { corners };
+            let corners = corners.map(|v| VertexId(v.0 + base));
+            let (normal, area_m2) = facet(&self.points, &corners);
+            self.patches.push(Patch {
+                corners,
+                surface: SurfaceId(i as u32),
+                side,
+                elements: 0..0,
+                area_m2,
+                normal,
+                twin: None,
+            });
+        }
+        start..self.patches.len() as u32
+    }
+}
+
+impl Corners {
+    fn map(self, f: impl Fn(VertexId) -> VertexId) -> Corners {
+        match self {
+            Corners::Triangle(v) => Corners::Triangle(v.map(f)),
+            Corners::Quad(v) => Corners::Quad(v.map(f)),
+        }
+    }
+
+    /// Ends of edge `i`, in winding order.
+    fn edge(&self, i: usize) -> (VertexId, VertexId) {
+        let v = self.vertices();
+        (v[i], v[(i + 1) % v.len()])
+    }
+}
+
+/// Unit normal and area (m^2) of a planar polygon of 3 or 4 corners.
+fn facet(points: &[DVec3], corners: &Corners) -> (DVec3, f64) {
+    let p = |v: VertexId| points[v.0 as usize];
+    let cross = match *corners {
+        Corners::Triangle([a, b, c]) => (p(b) - p(a)).cross(p(c) - p(a)),
+        Corners::Quad([a, b, c, d]) => (p(c) - p(a)).cross(p(d) - p(b)),
+    };
+    (cross.normalize_or(DVec3::Z), 0.5 * cross.length())
+}
+
+/// Finds what lies across each patch edge; joins the corners of smooth pairs; counts T-junctions of the rest.
+///
+/// Entry `4 p + e` is `4 q + f` of the patch edge across, or `NONE`.
+fn pair_edges(scene: &Scene, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32>, usize) {
+    let patches = &draft.patches;
+    let mut table = Vec::with_capacity(4 * patches.len());
+    for (p, patch) in patches.iter().enumerate() {
+        for e in 0..patch.corners.vertices().len() {
+            let (a, b) = patch.corners.edge(e);
+            let (a, b) = (draft.position_ids[a.0 as usize], draft.position_ids[b.0 as usize]);
+            table.push(EdgeRecord { low: a.min(b), high: a.max(b), patch: p as u32, edge: e as u32 });
+        }
+    }
+    table.sort_unstable_by_key(|r| (r.low, r.high, r.patch, r.edge));
+
+    let mut across = vec![NONE; 4 * patches.len()];
+    let mut border = Vec::new();
+    for group in table.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
+        for (k, a) in group.iter().enumerate() {
+            let slot_a = (4 * a.patch + a.edge) as usize;
+            if across[slot_a] != NONE {
+                continue;
+            }
+            let free = |b: &&EdgeRecord| across[(4 * b.patch + b.edge) as usize] == NONE;
+            let best = group[k + 1..]
+                .iter()
+                .filter(free)
+                .filter_map(|b| smoothness(scene, draft, a, b).map(|c| (c, b)))
+                .reduce(|best, next| if next.0 > best.0 { next } else { best });
+            let Some((_, b)) = best else { continue };
+            across[slot_a] = 4 * b.patch + b.edge;
+            across[(4 * b.patch + b.edge) as usize] = slot_a as u32;
+            let (a0, a1) = patches[a.patch as usize].corners.edge(a.edge as usize);
+            let (b0, b1) = patches[b.patch as usize].corners.edge(b.edge as usize);
+            sets.union(a0.0, b1.0);
+            sets.union(a1.0, b0.0);
+        }
+        let mut fronts = group.iter().filter(|r| (r.patch as usize) < draft.n_cast_patches);
+        if let (Some(only), None) = (fronts.next(), fronts.next()) {
+            let (a, b) = patches[only.patch as usize].corners.edge(only.edge as usize);
+            border.push(BorderEdge {
+                ids: [only.low, only.high],
+                ends: [a, b].map(|v| draft.points[v.0 as usize]),
+                low_first: draft.position_ids[a.0 as usize] == only.low,
+            });
+        }
+    }
+    (across, count_t_junctions(&border, weld_tolerance_m(scene)))
+}
+
+/// How well patch edge `b` continues patch edge `a` (2 inside a surface, else the cosine between the normals), or
+/// `None` where the surface breaks.
+fn smoothness(scene: &Scene, draft: &Draft, a: &EdgeRecord, b: &EdgeRecord) -> Option<f64> {
+    let (p, q) = (&draft.patches[a.patch as usize], &draft.patches[b.patch as usize]);
+    if a.patch == b.patch || p.side != q.side {
+        return None;
+    }
+    let (a0, a1) = p.corners.edge(a.edge as usize);
+    let (b0, b1) = q.corners.edge(b.edge as usize);
+    if p.surface == q.surface {
+        return (a0 == b1 && a1 == b0).then_some(2.0);
+    }
+    let at = |v: VertexId| draft.position_ids[v.0 as usize];
+    let group = scene.surfaces[p.surface.0 as usize].smooth_group;
+    let cos = p.normal.dot(q.normal);
+    let joins = group != 0
+        && group == scene.surfaces[q.surface.0 as usize].smooth_group
+        && at(a0) == at(b1)
+        && at(a1) == at(b0)
+        && cos > COS_SMOOTH;
+    joins.then_some(cos)
+}
+
+/// Splits patches into 2 x 2 elements and numbers the vertices in the order of first use.
+fn split(
+    mut points: Vec<DVec3>,
+    patches: &mut [Patch],
+    across: &[u32],
+    sets: &mut DisjointSets,
+) -> (Vec<Vertex>, Vec<Element>) {
+    let n_corners = points.len();
+    let mut vertices = Vec::new();
+    let mut elements: Vec<Element> = Vec::with_capacity(4 * patches.len());
+    // Final number of each provisional vertex, and provisional midpoint of each patch edge.
+    let mut numbers = vec![NONE; n_corners];
+    let mut middles = vec![NONE; across.len()];
+    for p in 0..patches.len() {
+        let corners = patches[p].corners;
+        let ends = corners.vertices();
+        let n = ends.len();
+        let mut mid = [VertexId(NONE); 4];
+        for e in 0..n {
+            let slot = 4 * p + e;
+            let shared = match across[slot] {
+                NONE => NONE,
+                other => middles[other as usize],
+            };
+            middles[slot] = if shared == NONE {
+                let (a, b) = corners.edge(e);
+                points.push(0.5 * (points[a.0 as usize] + points[b.0 as usize]));
+                numbers.push(NONE);
+                points.len() as u32 - 1
+            } else {
+                shared
+            };
+            mid[e] = VertexId(middles[slot]);
+        }
+        let cut = match corners {
+            Corners::Triangle([a, b, c]) => [
+                Corners::Triangle([a, mid[0], mid[2]]),
+                Corners::Triangle([mid[0], b, mid[1]]),
+                Corners::Triangle([mid[2], mid[1], c]),
+                Corners::Triangle([mid[1], mid[2], mid[0]]),
+            ],
+            Corners::Quad([a, b, c, d]) => {
+                let sum = [a, b, c, d].iter().fold(DVec3::ZERO, |s, v| s + points[v.0 as usize]);
+                points.push(0.25 * sum);
+                numbers.push(NONE);
+                let center = VertexId(points.len() as u32 - 1);
+                [
+                    Corners::Quad([a, mid[0], center, mid[3]]),
+                    Corners::Quad([mid[0], b, mid[1], center]),
+                    Corners::Quad([mid[3], center, mid[2], d]),
+                    Corners::Quad([center, mid[1], c, mid[2]]),
+                ]
+            }
+        };
+        let mut number = |v: VertexId| {
+            let root = if (v.0 as usize) < n_corners { sets.find(v.0) } else { v.0 };
+            let slot = &mut numbers[root as usize];
+            if *slot == NONE {
+                *slot = vertices.len() as u32;
+                let position = points[root as usize];
+                vertices.push(Vertex { position, normal: DVec3::ZERO, inward: DVec3::ZERO });
+            }
+            VertexId(*slot)
+        };
+        let start = elements.len() as u32;
+        let mut area_m2 = 0.0;
+        for provisional in cut {
+            let area = facet(&points, &provisional).1;
+            area_m2 += area;
+            elements.push(Element {
+                corners: match provisional {
+                    Corners::Triangle(v) => Corners::Triangle(v.map(&mut number)),
+                    Corners::Quad(v) => Corners::Quad(v.map(&mut number)),
+                },
+                patch: PatchId(p as u32),
+                area_m2: area,
+                normal: patches[p].normal,
+                neighbours: [None; 4],
+                continuity: [Continuity::Broken; 4],
+            });
+        }
+        patches[p].corners = match corners {
+            Corners::Triangle(v) => Corners::Triangle(v.map(&mut number)),
+            Corners::Quad(v) => Corners::Quad(v.map(&mut number)),
+        };
+        patches[p].elements = start..start + 4;
+        patches[p].area_m2 = area_m2;
+    }
+    (vertices, elements)
+}
+
+fn halves(patch: &Patch, edge: usize) -> [(u32, usize); 2] {
+    match patch.corners {
+        Corners::Triangle(_) => HALVES_TRIANGLE[edge],
+        Corners::Quad(_) => HALVES_QUAD[edge],
+    }
+}
+
+fn link_neighbours(patches: &[Patch], across: &[u32], elements: &mut [Element]) {
+    let mut link = |a: u32, edge: usize, b: u32| {
+        elements[a as usize].neighbours[edge] = Some(ElementId(b));
+        elements[a as usize].continuity[edge] = Continuity::C1;
+    };
+    for (p, patch) in patches.iter().enumerate() {
+        let base = patch.elements.start;
+        let inner: &[[(u32, usize); 2]] = match patch.corners {
+            Corners::Triangle(_) => &INNER_TRIANGLE,
+            Corners::Quad(_) => &INNER_QUAD,
+        };
+        for &[(a, ea), (b, eb)] in inner {
+            link(base + a, ea, base + b);
+            link(base + b, eb, base + a);
+        }
+        for e in 0..patch.corners.vertices().len() {
+            let other = across[4 * p + e];
+            if other == NONE {
+                continue;
+            }
+            let next = &patches[(other / 4) as usize];
+            // The edges run against each other: our first half meets their second.
+            let ([a0, a1], [b0, b1]) = (halves(patch, e), halves(next, (other % 4) as usize));
+            link(base + a0.0, a0.1, next.elements.start + b1.0);
+            link(base + a1.0, a1.1, next.elements.start + b0.0);
+        }
+    }
+}
+
+/// Compressed rows of the elements around each vertex, in rising order.
+fn rows_around(vertices: &[Vertex], elements: &[Element]) -> (Vec<u32>, Vec<ElementId>) {
+    let mut starts = vec![0_u32; vertices.len() + 1];
+    for v in elements.iter().flat_map(|e| e.corners.vertices()) {
+        starts[v.0 as usize + 1] += 1;
+    }
+    for i in 0..vertices.len() {
+        starts[i + 1] += starts[i];
+    }
+    let mut around = vec![ElementId(0); starts[vertices.len()] as usize];
+    let mut fill = starts.clone();
+    for (i, element) in elements.iter().enumerate() {
+        for v in element.corners.vertices() {
+            around[fill[v.0 as usize] as usize] = ElementId(i as u32);
+            fill[v.0 as usize] += 1;
+        }
+    }
+    (starts, around)
+}
+
+/// Normals weighted by corner angle (true normals on curved surfaces) and the way inwards.
+fn finish_vertices(scene: &Scene, patches: &[Patch], elements: &[Element], vertices: &mut [Vertex]) {
+    let mut n_around = vec![0_u32; vertices.len()];
+    for element in elements {
+        let patch = &patches[element.patch.0 as usize];
+        let shape = &scene.surfaces[patch.surface.0 as usize].shape;
+        let flip = if patch.side == Facing::Back { -1.0 } else { 1.0 };
+        let ids = element.corners.vertices();
+        let n = ids.len();
+        let at = |i: usize| ids[i % n].0 as usize;
+        let mut p = [DVec3::ZERO; 4];
+        for i in 0..n {
+            p[i] = vertices[at(i)].position;
+        }
+        let centroid = p[..n].iter().copied().sum::<DVec3>() / n as f64;
+        for i in 0..n {
+            let (back, forth) = (p[(i + n - 1) % n] - p[i], p[(i + 1) % n] - p[i]);
+            let angle = back.cross(forth).length().atan2(back.dot(forth));
+            let normal = true_normal(shape, p[i]).map_or(element.normal, |t| flip * t);
+            let vertex = &mut vertices[at(i)];
+            vertex.normal += angle * normal;
+            vertex.inward += centroid;
+            n_around[at(i)] += 1;
+        }
+    }
+    for (vertex, n) in vertices.iter_mut().zip(n_around) {
+        vertex.normal = vertex.normal.normalize_or(DVec3::Z);
+        vertex.inward = vertex.inward / f64::from(n) - vertex.position;
+    }
+}
