@@ -44,8 +44,8 @@ pub struct MemoryImage {
 }
 
 impl MemoryImage {
-    /// Builds the image: `log2_cells` as given (at most min(F, 7)), or chosen for about two patches in an occupied
-    /// cell, in at most 16 MiB or four times the patches' own size.
+    /// Builds the image: `log2_cells` as given (at most min(F, 7)), or chosen for the fewest expected steps and
+    /// tests of a ray, in at most 16 MiB or four times the patches' own size.
     ///
     /// List entries are places in `patches`; hits report `PatchWords::id`, so the host gives patch i the id i.
     pub fn build(formats: &Formats, patches: &[PatchWords], log2_cells: Option<u32>) -> MemoryImage {

@@ -10,7 +10,7 @@
 //! Source: Amanatides, Woo 1987 (the walk); exactness is ours. Not modelled here: lists, mailbox, time.
 
 use super::RayWords;
-use crate::fixed::{Formats, Rounding, clamp_to_u8};
+use crate::fixed::{Formats, Rounding, clamp_to_u8, index};
 
 /// A grid of 2^g cells along each axis over the cube [-1, 1)^3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,17 +34,33 @@ pub struct Crossing {
     pub next: Option<Cell>,
 }
 
+/// Bit i of the place moved to bit 3 i, for the 7 bits of a cell's place.
+const SPREAD: [u32; 128] = {
+    let mut table = [0; 128];
+    let mut place = 0;
+    while place < 128 {
+        let mut bit = 0;
+        while bit < 7 {
+            table[place] |= ((place >> bit & 1) as u32) << (3 * bit);
+            bit += 1;
+        }
+        place += 1;
+    }
+    table
+};
+
 impl Grid {
     /// Number of cells.
     pub fn n_cells(&self) -> usize {
         1 << (3 * self.log2_cells)
     }
 
-    /// Index of a cell: x fastest.
+    /// Index of a cell in Morton order: the bits of x, y, z interleaved, x lowest. Eight cells around a corner are one
+    /// 64-byte line of headers, so a ray in any direction finds its next header near the last one.
     #[inline]
     pub fn index(&self, cell: Cell) -> usize {
-        let g = self.log2_cells;
-        usize::from(cell.0[0]) | usize::from(cell.0[1]) << g | usize::from(cell.0[2]) << (2 * g)
+        let [x, y, z] = cell.0.map(|place| SPREAD[usize::from(place & 0x7f)]);
+        index(x | y << 1 | z << 2)
     }
 
     /// log2 of a cell's side in coordinate steps: F + 1 - g.

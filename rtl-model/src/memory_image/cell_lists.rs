@@ -1,21 +1,21 @@
 //! Which patches touch which closed cells, and how fine the grid is.
 //!
 //! ```text
-//! patches -> descent through the octree of cells, all grids at once -> entries and occupied cells of every g -> g
+//! patches -> descent through the octree of cells, all grids at once -> entries of every g -> g
 //!         -> descent to that g -> (cell, patch) -> counting sort -> lists, ascending inside a cell
 //! ```
 //! A patch touches a cell of side h only if it touches the cell of side 2h around it, so eight children of each
 //! touched cell are all that need a test. A quad is its two triangles.
 
 use crate::datapath::PatchWords;
-use crate::datapath::cell_step::Grid;
+use crate::datapath::cell_step::{Cell, Grid};
 use crate::fixed::{Formats, index, word_count};
 use crate::packet::PATCH_LINE_WORDS;
 
 use super::tri_box::TriangleAxes;
 
-/// Mean entries of an occupied cell that the automatic grid aims at.
-const WANTED_ENTRIES: u128 = 2;
+/// What a cell step costs, in tests: 4 CTUs that step once a cycle feed one ICU that tests once a cycle.
+const STEP_COST: f64 = 0.25;
 
 /// An automatic grid never asks for more memory than this, unless four times the patches' own size is more.
 const AUTO_LIMIT_BYTES: usize = 16 << 20;
@@ -72,13 +72,15 @@ impl CellLists {
     }
 }
 
-/// Index of a cell of grid g, x fastest.
+/// Index of a cell of grid g; its places are under 2^7.
 fn cell_index(g: u32, cell: [u32; 3]) -> usize {
-    index(cell[0]) | index(cell[1]) << g | index(cell[2]) << (2 * g)
+    Grid { log2_cells: g }.index(Cell(cell.map(|place| u8::try_from(place).unwrap_or(u8::MAX))))
 }
 
-/// The g in 1..=7 whose mean list length over occupied cells is nearest to two, among those that fit the limit; the
-/// coarser of two equals.
+/// The g in 1..=7 with the least expected work of a ray, among those that fit the limit; the coarser of two equals.
+///
+/// A ray crosses about 2^g cells; in each it costs a step, and a test per entry of the mean list (over all cells, empty
+/// ones too): 2^g ([`STEP_COST`] + entries / cells).
 fn auto_grid(formats: &Formats, patches: &[PatchWords]) -> u32 {
     let finest = MAX_LOG2_CELLS.min(formats.coord_frac_bits);
     let patch_words = patches.len() * index(PATCH_LINE_WORDS);
@@ -89,29 +91,17 @@ fn auto_grid(formats: &Formats, patches: &[PatchWords]) -> u32 {
     };
     let deepest = (1..=finest).rev().find(|g| fixed_words(*g) <= limit).unwrap_or(1);
     let mut entries = vec![0_usize; index(deepest) + 1];
-    let mut occupied: Vec<Vec<bool>> =
-        (0..=deepest).map(|g| vec![false; Grid { log2_cells: g }.n_cells()]).collect();
     for patch in patches {
-        descend(formats, patch, deepest, &mut |level, cell| {
-            entries[index(level)] += 1;
-            occupied[index(level)][cell_index(level, cell)] = true;
-        });
+        descend(formats, patch, deepest, &mut |level, _| entries[index(level)] += 1);
     }
-    let mut best: Option<(u32, u128, u128)> = None;
-    for g in 1..=deepest {
-        let total = entries[index(g)];
-        let used = occupied[index(g)].iter().filter(|o| **o).count();
-        if used == 0 || (g > 1 && fixed_words(g) + total > limit) {
-            continue;
-        }
-        let (total, used) = (u128::try_from(total).unwrap_or(0), u128::try_from(used).unwrap_or(1));
-        // |total / used - 2|, compared as fractions.
-        let miss = total.abs_diff(WANTED_ENTRIES * used);
-        if best.is_none_or(|(_, best_miss, best_used)| miss * best_used < best_miss * used) {
-            best = Some((g, miss, used));
-        }
-    }
-    best.map_or(1, |(g, ..)| g)
+    let work = |g: u32| {
+        let (total, cells) = (entries[index(g)] as f64, Grid { log2_cells: g }.n_cells() as f64);
+        f64::from(1 << g) * (STEP_COST + total / cells)
+    };
+    (1..=deepest)
+        .filter(|g| *g == 1 || fixed_words(*g) + entries[index(*g)] <= limit)
+        .min_by(|a, b| work(*a).total_cmp(&work(*b)))
+        .unwrap_or(1)
 }
 
 /// Calls `visit(level, cell)` for every cell of every level 0..=`deepest` that the patch touches.

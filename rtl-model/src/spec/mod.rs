@@ -30,7 +30,7 @@ pub struct BoardSpec {
     pub scheduling: Scheduling,
     /// Levels of patch memory.
     pub memory: MemoryLevels,
-    /// log2 of the grid's cells per axis; absent: about two patches in an occupied cell.
+    /// log2 of the grid's cells per axis; absent: fewest expected steps and tests.
     pub grid_log2: Option<u32>,
     /// Cycles without progress after which a run is given up.
     pub watchdog_cycles: u64,
