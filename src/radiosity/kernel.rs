@@ -113,8 +113,8 @@ impl Facet {
         let to_first = self.corners[0] - point;
         let height = -to_first.dot(self.normal);
         // Written so that a NaN gives 0 as well.
-        let in_front = height > 0.0
-            && height * height > IN_PLANE_SHARE * IN_PLANE_SHARE * to_first.length_squared();
+        let in_front =
+            height > 0.0 && height * height > IN_PLANE_SHARE * IN_PLANE_SHARE * to_first.length_squared();
         if !in_front {
             return 0.0;
         }
@@ -170,7 +170,24 @@ impl Facet {
 fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let cross = a.cross(b - a);
     let sine = cross.length();
-    if sine > 0.0 { normal.dot(cross) * (sine.atan2(a.dot(b)) / sine) } else { 0.0 }
+    if sine > 0.0 { normal.dot(cross) * angle_over_sine(sine, a.dot(b)) } else { 0.0 }
+}
+
+/// atan2(s, c) / s for s > 0: most edges are short as seen from the receiver, where the series of atan, with
+/// (1/4)^24 / 25 < 2^-52 left out, takes a third of the time.
+#[inline]
+fn angle_over_sine(s: f64, c: f64) -> f64 {
+    if s >= 0.25 * c {
+        return s.atan2(c) / s;
+    }
+    let t = s / c;
+    let z = t * t;
+    let z2 = z * z;
+    let z4 = z2 * z2;
+    let low = (1.0 - z / 3.0) + (1.0 / 5.0 - z / 7.0) * z2;
+    let middle = (1.0 / 9.0 - z / 11.0) + (1.0 / 13.0 - z / 15.0) * z2;
+    let high = (1.0 / 17.0 - z / 19.0) + (1.0 / 21.0 - z / 23.0) * z2;
+    ((low + middle * z4) + high * (z4 * z4)) / c
 }
 
 #[cfg(test)]
@@ -224,12 +241,8 @@ mod tests {
     #[test]
     fn kernel_of_perpendicular_rectangle_is_the_closed_form() {
         for (w, h, d) in [(1., 1., 1.), (2., 1., 0.3), (0.5, 4., 1e-6), (1., 1., 40.)] {
-            let wall = [
-                DVec3::new(0., 0., 0.),
-                DVec3::new(0., 0., h),
-                DVec3::new(w, 0., h),
-                DVec3::new(w, 0., 0.),
-            ];
+            let wall =
+                [DVec3::new(0., 0., 0.), DVec3::new(0., 0., h), DVec3::new(w, 0., h), DVec3::new(w, 0., 0.)];
             let f = point_to_polygon(DVec3::new(0., d, 0.), Z, &wall);
             assert!((f - perpendicular_closed_form(w, h, d)).abs() < 1e-13, "{w} {h} {d}: {f}");
         }
@@ -239,16 +252,10 @@ mod tests {
     #[test]
     fn kernel_over_a_wall_that_goes_below_the_horizon_is_that_of_its_upper_part() {
         let wall = |z0: f64, z1: f64| {
-            [
-                DVec3::new(-1., 0., z0),
-                DVec3::new(-1., 0., z1),
-                DVec3::new(2., 0., z1),
-                DVec3::new(2., 0., z0),
-            ]
+            [DVec3::new(-1., 0., z0), DVec3::new(-1., 0., z1), DVec3::new(2., 0., z1), DVec3::new(2., 0., z0)]
         };
         let x = DVec3::new(0., 0.7, 0.);
-        let (whole, upper) =
-            (point_to_polygon(x, Z, &wall(-3., 1.)), point_to_polygon(x, Z, &wall(0., 1.)));
+        let (whole, upper) = (point_to_polygon(x, Z, &wall(-3., 1.)), point_to_polygon(x, Z, &wall(0., 1.)));
         assert!(upper > 0.05 && (whole - upper).abs() < 1e-15, "{whole} {upper}");
     }
 
@@ -309,6 +316,18 @@ mod tests {
         let centre = Source::new(&wall).centre_above_horizon(DVec3::ZERO, Z).expect("a part is above");
         assert!((centre - DVec3::new(0.5, 1., 0.5)).length() < 1e-12, "{centre}");
         assert_eq!(Source::new(&wall).centre_above_horizon(DVec3::new(0., 0., 5.), Z), None);
+    }
+
+    #[test]
+    fn angle_over_sine_is_atan2_over_sine_on_both_sides_of_its_switch() {
+        let mut worst = 0.0_f64;
+        for i in 1..4000 {
+            let angle = PI * f64::from(i) / 4000.0 * if i % 2 == 0 { 1.0 } else { 0.09 };
+            let (s, c) = (2.5 * angle.sin(), 2.5 * angle.cos());
+            worst = worst.max((angle_over_sine(s, c) * s / s.atan2(c) - 1.0).abs());
+        }
+        assert!(worst < 1e-15, "{worst:e}");
+        assert!((angle_over_sine(1e-300, 2.0) - 0.5).abs() < 1e-16);
     }
 
     proptest! {
