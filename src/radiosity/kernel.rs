@@ -334,7 +334,7 @@ mod tests {
         #[test]
         fn kernel_inside_a_closed_box_sums_to_one(
             x in 0.001..0.999f64, y in 0.001..0.999f64, w in 0.001..0.999f64,
-            z in -1.0..1.0f64, phi in 0.0..6.283f64,
+            z in -1.0..1.0f64, phi in 0.0..2.0 * PI,
         ) {
             let n = unit(z, phi);
             let sum: f64 = box_walls().iter().map(|q| point_to_polygon(DVec3::new(x, y, w), n, q)).sum();
@@ -344,7 +344,7 @@ mod tests {
         #[test]
         fn kernel_of_a_subdivision_sums_to_the_whole(
             x in -2.0..2.0f64, y in -2.0..2.0f64, h in 1e-6..3.0f64,
-            z in -1.0..1.0f64, phi in 0.0..6.283f64, s in 0.01..0.99f64, t in 0.01..0.99f64,
+            z in -1.0..1.0f64, phi in 0.0..2.0 * PI, s in 0.01..0.99f64, t in 0.01..0.99f64,
         ) {
             let (p, n) = (DVec3::new(x, y, 1.0 - h), unit(z, phi));
             let q = ceiling(1., 1., 1.);
@@ -365,7 +365,7 @@ mod tests {
 
         #[test]
         fn kernel_of_any_quad_lies_in_zero_to_one(v in prop::collection::vec(-1.0..1.0f64, 12),
-            z in -1.0..1.0f64, phi in 0.0..6.283f64,
+            z in -1.0..1.0f64, phi in 0.0..2.0 * PI,
         ) {
             let q: Vec<DVec3> = v.chunks(3).map(DVec3::from_slice).collect();
             let f = point_to_polygon(DVec3::ZERO, unit(z, phi), &q);
