@@ -113,8 +113,8 @@ impl Facet {
         let to_first = self.corners[0] - point;
         let height = -to_first.dot(self.normal);
         // Written so that a NaN gives 0 as well.
-        let in_front =
-            height > 0.0 && height * height > IN_PLANE_SHARE * IN_PLANE_SHARE * to_first.length_squared();
+        let in_front = height > 0.0
+            && height * height > IN_PLANE_SHARE * IN_PLANE_SHARE * to_first.length_squared();
         if !in_front {
             return 0.0;
         }
@@ -224,8 +224,12 @@ mod tests {
     #[test]
     fn kernel_of_perpendicular_rectangle_is_the_closed_form() {
         for (w, h, d) in [(1., 1., 1.), (2., 1., 0.3), (0.5, 4., 1e-6), (1., 1., 40.)] {
-            let wall =
-                [DVec3::new(0., 0., 0.), DVec3::new(0., 0., h), DVec3::new(w, 0., h), DVec3::new(w, 0., 0.)];
+            let wall = [
+                DVec3::new(0., 0., 0.),
+                DVec3::new(0., 0., h),
+                DVec3::new(w, 0., h),
+                DVec3::new(w, 0., 0.),
+            ];
             let f = point_to_polygon(DVec3::new(0., d, 0.), Z, &wall);
             assert!((f - perpendicular_closed_form(w, h, d)).abs() < 1e-13, "{w} {h} {d}: {f}");
         }
@@ -235,10 +239,16 @@ mod tests {
     #[test]
     fn kernel_over_a_wall_that_goes_below_the_horizon_is_that_of_its_upper_part() {
         let wall = |z0: f64, z1: f64| {
-            [DVec3::new(-1., 0., z0), DVec3::new(-1., 0., z1), DVec3::new(2., 0., z1), DVec3::new(2., 0., z0)]
+            [
+                DVec3::new(-1., 0., z0),
+                DVec3::new(-1., 0., z1),
+                DVec3::new(2., 0., z1),
+                DVec3::new(2., 0., z0),
+            ]
         };
         let x = DVec3::new(0., 0.7, 0.);
-        let (whole, upper) = (point_to_polygon(x, Z, &wall(-3., 1.)), point_to_polygon(x, Z, &wall(0., 1.)));
+        let (whole, upper) =
+            (point_to_polygon(x, Z, &wall(-3., 1.)), point_to_polygon(x, Z, &wall(0., 1.)));
         assert!(upper > 0.05 && (whole - upper).abs() < 1e-15, "{whole} {upper}");
     }
 

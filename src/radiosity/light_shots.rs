@@ -57,10 +57,8 @@ pub(super) fn shoot(
                 caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?
             }
             Light::Directional { direction, .. } => {
-                let rays: Vec<Ray> = lit
-                    .iter()
-                    .map(|&i| Ray::unbounded(receivers.all[i].target, DVec3::ZERO - direction))
-                    .collect();
+                let rays: Vec<Ray> =
+                    lit.iter().map(|&i| Ray::unbounded(receivers.all[i].target, DVec3::ZERO - direction)).collect();
                 caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?
             }
         };

@@ -18,13 +18,8 @@ pub fn irradiance(light: &Light, point: DVec3, normal: DVec3) -> Rgb {
     match *light {
         Light::Point { position, intensity } => intensity * inverse_square(position, point, normal),
         Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
-            let fall =
-                spot_falloff((point - position).normalize_or_zero().dot(direction), inner_deg, outer_deg);
-            if fall == 0.0 {
-                Rgb::BLACK
-            } else {
-                intensity * (fall * inverse_square(position, point, normal))
-            }
+            let fall = spot_falloff((point - position).normalize_or_zero().dot(direction), inner_deg, outer_deg);
+            if fall == 0.0 { Rgb::BLACK } else { intensity * (fall * inverse_square(position, point, normal)) }
         }
         Light::Directional { direction, irradiance } => irradiance * (-direction.dot(normal)).max(0.0),
     }

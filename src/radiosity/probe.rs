@@ -161,10 +161,7 @@ fn aim(
     let lift = offset_m * mesh.elements[element as usize].normal;
     for stratum in 0..side * side {
         let [u, v] = unit_pair(hash(SEED, u64::from(element), u64::from(stratum)));
-        let st = [
-            (f64::from(stratum % side) + u) / f64::from(side),
-            (f64::from(stratum / side) + v) / f64::from(side),
-        ];
+        let st = [(f64::from(stratum % side) + u) / f64::from(side), (f64::from(stratum / side) + v) / f64::from(side)];
         let st = inside(mesh, ElementId(element), st.map(|c| 0.02 + 0.96 * c));
         let target = mesh.position(SurfacePoint { element: ElementId(element), st }) + lift;
         if (target - apex).dot(normal) > 0.0 {

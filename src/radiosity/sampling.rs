@@ -39,8 +39,7 @@ mod tests {
     #[test]
     fn unit_pair_of_many_hashes_has_mean_one_half() {
         let n = 10_000;
-        let sum =
-            (0..n).map(|i| unit_pair(hash(7, 3, i))).fold([0.0, 0.0], |s, u| [s[0] + u[0], s[1] + u[1]]);
+        let sum = (0..n).map(|i| unit_pair(hash(7, 3, i))).fold([0.0, 0.0], |s, u| [s[0] + u[0], s[1] + u[1]]);
         assert!(sum.iter().all(|s| (s / n as f64 - 0.5).abs() < 0.02), "{sum:?}");
     }
 }

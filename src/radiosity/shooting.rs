@@ -117,8 +117,7 @@ impl RowStore {
     fn note(&mut self, mesh: &Mesh, patch: PatchId, row: &Row, stray: StrayShares) {
         let area_m2 = mesh.patches[patch.0 as usize].area_m2;
         let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
-        self.known
-            .insert(patch, Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back });
+        self.known.insert(patch, Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back });
     }
 
     fn keep(&mut self, patch: PatchId, row: &Row) {
@@ -160,10 +159,7 @@ impl<'a> State<'a> {
         let surface = |p: &crate::mesh::Patch| &scene.surfaces[p.surface.0 as usize];
         let optics = mesh.patches.iter().map(|p| {
             let material = scene.material(surface(p));
-            PatchOptics {
-                reflectance: material.reflectance,
-                passed: material.specular + material.transmission,
-            }
+            PatchOptics { reflectance: material.reflectance, passed: material.specular + material.transmission }
         });
         let exitance: Vec<Rgb> = mesh.patches.iter().map(|p| surface(p).exitance).collect();
         let emitted_w = mesh.patches.iter().zip(&exitance).map(|(p, m)| *m * p.area_m2).sum();

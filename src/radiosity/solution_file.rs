@@ -123,7 +123,8 @@ pub fn save(
 /// # Errors
 /// One [`SolutionFileError`] for every way in which the file can be wrong.
 pub fn load(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<(Solution, SolveOptions), SolutionFileError> {
-    let bytes = fs::read(path).map_err(|error| SolutionFileError::Io { path: path.to_path_buf(), error })?;
+    let bytes =
+        fs::read(path).map_err(|error| SolutionFileError::Io { path: path.to_path_buf(), error })?;
     let body = decode(path, &bytes)?;
     let expected = fingerprint(scene, mesh);
     if body.fingerprint != expected {

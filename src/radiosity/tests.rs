@@ -76,16 +76,14 @@ fn tight() -> SolveOptions {
 
 #[test]
 fn solve_of_a_furnace_gives_radiosity_one_everywhere_and_row_sums_of_one() {
-    let s =
-        solved(scene(vec![grey("half", 0.5)], room(DVec3::new(1.0, 2.0, 1.5), 0.5), vec![], 600), &tight());
+    let s = solved(scene(vec![grey("half", 0.5)], room(DVec3::new(1.0, 2.0, 1.5), 0.5), vec![], 600), &tight());
     let mut worst: f64 = 0.0;
     for surface in summary::summarise(&s.scene, &s.mesh, &s.solution) {
         worst = worst.max((surface.mean_radiosity_w_m2.0[1] - 1.0).abs());
     }
     assert!(worst < 2e-3, "{worst}");
     assert!(s.solution.row_sum_error.max < 5e-3, "{:?}", s.solution.row_sum_error);
-    let worst_vertex =
-        s.solution.vertex_irradiance.iter().map(|e| (e.total().0[0] - 1.0).abs()).fold(0.0, f64::max);
+    let worst_vertex = s.solution.vertex_irradiance.iter().map(|e| (e.total().0[0] - 1.0).abs()).fold(0.0, f64::max);
     assert!(worst_vertex < 5e-3, "{worst_vertex}");
 }
 
@@ -97,11 +95,13 @@ fn incident_w(s: &Solved, surface: &str) -> f64 {
 /// A unit square that emits 1 W/m^2 at z = 0, facing up, and a black receiver.
 fn two_squares(receiver: [DVec3; 4], elements: u32) -> Solved {
     let v = DVec3::new;
-    let emitter = quad("emitter", 0, [v(0., 0., 0.), v(1., 0., 0.), v(1., 1., 0.), v(0., 1., 0.)], 1.0);
-    solved(
-        scene(vec![grey("black", 0.0)], vec![emitter, quad("receiver", 0, receiver, 0.0)], vec![], elements),
-        &tight(),
-    )
+    let emitter = quad(
+        "emitter",
+        0,
+        [v(0., 0., 0.), v(1., 0., 0.), v(1., 1., 0.), v(0., 1., 0.)],
+        1.0,
+    );
+    solved(scene(vec![grey("black", 0.0)], vec![emitter, quad("receiver", 0, receiver, 0.0)], vec![], elements), &tight())
 }
 
 #[test]
@@ -138,8 +138,7 @@ fn solve_with_a_receiver_turned_away_puts_its_light_on_the_back() {
 #[test]
 fn solve_of_point_light_in_a_closed_room_gives_its_power_over_one_minus_rho() {
     let light = Light::Point { position: DVec3::new(1.1, 0.8, 1.3), intensity: Rgb([10.0, 5.0, 1.0]) };
-    let s =
-        solved(scene(vec![grey("half", 0.6)], room(DVec3::new(2., 2., 2.), 0.0), vec![light], 600), &tight());
+    let s = solved(scene(vec![grey("half", 0.6)], room(DVec3::new(2., 2., 2.), 0.0), vec![light], 600), &tight());
     let total = summary::totals(&summary::summarise(&s.scene, &s.mesh, &s.solution));
     for c in 0..3 {
         let expected = 4.0 * std::f64::consts::PI * [10.0, 5.0, 1.0][c] / 0.4;
@@ -222,12 +221,7 @@ fn cluttered() -> Scene {
         quad("board", 1, [v(0.2, 0.2, 0.5), v(0.8, 0.2, 0.5), v(0.8, 0.8, 0.6), v(0.2, 0.8, 0.6)], 0.0);
     board.two_sided = true;
     surfaces.push(board);
-    surfaces.push(quad(
-        "lamp",
-        2,
-        [v(0.4, 0.4, 0.9), v(0.4, 0.6, 0.9), v(0.6, 0.6, 0.9), v(0.6, 0.4, 0.9)],
-        5.0,
-    ));
+    surfaces.push(quad("lamp", 2, [v(0.4, 0.4, 0.9), v(0.4, 0.6, 0.9), v(0.6, 0.6, 0.9), v(0.6, 0.4, 0.9)], 5.0));
     let mut mirror = grey("half mirror", 0.3);
     mirror.specular = Rgb([0.2, 0.3, 0.4]);
     let mut red = grey("red", 0.5);
@@ -285,8 +279,7 @@ fn solve_at_another_scale_gives_the_same_radiosity() {
 
 #[test]
 fn solve_of_a_dark_scene_ends_at_once_with_zeros() {
-    let s =
-        solved(scene(vec![grey("half", 0.5)], room(DVec3::ONE, 0.0), vec![], 100), &SolveOptions::default());
+    let s = solved(scene(vec![grey("half", 0.5)], room(DVec3::ONE, 0.0), vec![], 100), &SolveOptions::default());
     assert_eq!((s.solution.n_shots, s.solution.n_rays), (0, 0));
     assert!(s.solution.element_irradiance.iter().all(|e| e.total().is_black()));
 }
@@ -298,9 +291,8 @@ fn solve_stops_after_max_shots_and_reports_progress_that_never_ends_above_its_st
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let options = SolveOptions { max_shots: 20, ..SolveOptions::default() };
     let mut shares = Vec::new();
-    let solution =
-        solve(&scene, &mesh, &mut caster, &options, &mut |p| shares.push((p.n_shots, p.unshot_share)))
-            .expect("software");
+    let solution = solve(&scene, &mesh, &mut caster, &options, &mut |p| shares.push((p.n_shots, p.unshot_share)))
+        .expect("software");
     assert_eq!((solution.n_shots, shares.len()), (20, 20));
     assert!(shares.windows(2).all(|w| w[1].0 == w[0].0 + 1 && w[1].1 <= w[0].1 + 1e-6), "{shares:?}");
 }
@@ -372,23 +364,10 @@ fn probe_agrees_with_the_element_means_of_an_occluded_room() {
 #[test]
 fn zz_speed() {
     use std::time::Instant;
-    let src: Vec<kernel::Source> = (0..64)
-        .map(|i| {
-            let x = i as f64 * 0.1;
-            let v = DVec3::new;
-            kernel::Source::new(&[v(x, 0., 2.), v(x, 0.3, 2.), v(x + 0.3, 0.3, 2.), v(x + 0.3, 0., 2.)])
-        })
-        .collect();
+    let src: Vec<kernel::Source> = (0..64).map(|i| { let x = i as f64 * 0.1; let v = DVec3::new; kernel::Source::new(&[v(x,0.,2.), v(x,0.3,2.), v(x+0.3,0.3,2.), v(x+0.3,0.,2.)])}).collect();
     let t = Instant::now();
-    let mut sum = 0.0;
-    let mut n = 0;
-    for i in 0..20000 {
-        let p = DVec3::new(3.0 + i as f64 * 1e-5, 0.2, 0.0);
-        for s in &src {
-            sum += s.form_factor(p, DVec3::Z);
-            n += 1;
-        }
-    }
+    let mut sum = 0.0; let mut n = 0;
+    for i in 0..20000 { let p = DVec3::new(3.0 + i as f64*1e-5, 0.2, 0.0); for s in &src { sum += s.form_factor(p, DVec3::Z); n += 1; } }
     eprintln!("kernel {:?} ns  {sum}", t.elapsed().as_nanos() as f64 / n as f64);
     let t = Instant::now();
     let v = solved(cluttered(), &SolveOptions::default()).solution;
