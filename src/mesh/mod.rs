@@ -22,11 +22,12 @@ mod build;
 mod inverse;
 mod junctions;
 mod plan;
+mod split;
 mod tessellate;
 mod weld;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 /// Abscissae of the two-point Gauss rule on [0, 1]: (1 -+ 1/sqrt 3) / 2.
 const GAUSS_2: (f64, f64) = (0.211_324_865_405_187_1, 0.788_675_134_594_812_9);
