@@ -1,1 +1,448 @@
-//! The main path: one function, one call per arrow of the flow. Start reading here.
+//! The main path: one function a product, one call an arrow of the flow. Start reading here.
+//!
+//! ```text
+//! render_frame:   Scene::load -> Mesh::build -> caster -> radiosity::solve -> render::render -> Frame (film)
+//! solve_scene:    Scene::load -> Mesh::build -> caster -> radiosity::solve -> Solved
+//! probe_scene:    ... -> radiosity::solve -> radiosity::probe -> Probed
+//! simulate_scene: ... -> the rays of a workload through the board -> Simulated
+//! inspect_scene:  Scene::load -> Mesh::build -> one look through the camera -> Inspected
+//! ```
+//! Every ray goes through the one port, [`crate::raycast::RayCaster`]. Options and outcomes are typed; nothing here
+//! prints or writes a file. Results do not depend on wall time; [`Timings`] only tell it.
+
+use std::path::{Path, PathBuf};
+
+use rtl_model::spec::BoardSpec;
+use rtl_model::statistics::BoardStatistics;
+use serde::{Deserialize, Serialize};
+
+use crate::geom::{DVec3, Ray};
+use crate::mesh::Mesh;
+use crate::radiosity::{
+    self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
+};
+use crate::raycast::null::NullCaster;
+use crate::raycast::{Purpose, Query, RayCaster};
+use crate::reconstruct::{Method, Reconstruction};
+use crate::render::{self, RenderOptions, Rendering};
+use crate::report::Timings;
+use crate::scene::{Camera, Light, MeshTarget, Scene};
+use crate::units::{Irradiance, Rgb};
+
+mod caster;
+mod error;
+mod warnings;
+
+pub use caster::{Caster, CasterChoice, RoutedCaster};
+pub use error::FrameError;
+
+/// How pass 1 comes about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PassOne {
+    /// It is computed.
+    Solve(SolveOptions),
+    /// It is read from a file that `solve` wrote, for the same scene and mesh.
+    Load(PathBuf),
+}
+
+/// What every product needs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameOptions {
+    /// Wanted elements, instead of the scene file's `[meshing]`.
+    pub elements: Option<u32>,
+    /// Who answers the rays.
+    pub caster: CasterChoice,
+    /// Pass 1.
+    pub pass_1: PassOne,
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress {
+    /// Pass 1.
+    Solve(SolveProgress),
+    /// Pass 2, or whatever else has a known end: the share that is done.
+    Render(f64),
+}
+
+/// What the board counted, by purpose of the rays.
+pub type StatisticsByPurpose = Vec<(Purpose, BoardStatistics)>;
+
+/// A rendered picture with everything that led to it.
+#[derive(Debug)]
+pub struct Frame {
+    /// The scene.
+    pub scene: Scene,
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// Pass 1.
+    pub solution: Solution,
+    /// The options that pass 1 was run with, here or when its file was written.
+    pub solve_options: SolveOptions,
+    /// Pass 2: the film.
+    pub rendering: Rendering,
+    /// Name of the caster.
+    pub caster: &'static str,
+    /// What the board counted, when it was the caster.
+    pub board: Option<StatisticsByPurpose>,
+    /// Wall times.
+    pub timings: Timings,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// A pass-1 solution with what led to it.
+#[derive(Debug)]
+pub struct Solved {
+    /// The scene.
+    pub scene: Scene,
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// The solution.
+    pub solution: Solution,
+    /// The options that it was solved with.
+    pub solve_options: SolveOptions,
+    /// Name of the caster.
+    pub caster: &'static str,
+    /// What the board counted, when it was the caster.
+    pub board: Option<StatisticsByPurpose>,
+    /// Wall times.
+    pub timings: Timings,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Irradiance at points.
+#[derive(Debug)]
+pub struct Probed {
+    /// The scene.
+    pub scene: Scene,
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// Name of the caster.
+    pub caster: &'static str,
+    /// One value a point, in the order of the points.
+    pub irradiance: Vec<Irradiance>,
+    /// Wall times.
+    pub timings: Timings,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Which rays drive the board.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Workload {
+    /// Camera rays only; needs no pass 1.
+    Primary,
+    /// Pass 1 only: the visibility of the form factors.
+    Radiosity,
+    /// Pass 2's shadow rays; pass 1 and camera rays are done in software.
+    Shadow,
+    /// Both passes, every ray.
+    All,
+    /// These rays, nearest hits.
+    Rays(Vec<Ray>),
+}
+
+/// What the board did with a workload.
+#[derive(Debug)]
+pub struct Simulated {
+    /// The scene.
+    pub scene: Scene,
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// What the board counted.
+    pub board: StatisticsByPurpose,
+    /// Wall times.
+    pub timings: Timings,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// A scene as `info` shows it.
+#[derive(Debug)]
+pub struct Inspected {
+    /// The scene.
+    pub scene: Scene,
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Renders a scene file: both passes.
+///
+/// # Errors
+/// A fault of the scene, no camera, a solution of another mesh, a caster that fails.
+pub fn render_frame(
+    path: &Path,
+    options: &FrameOptions,
+    picture: &RenderOptions,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Frame, FrameError> {
+    let mut timings = Timings::default();
+    let (scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let camera = camera_of(&scene)?;
+    let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
+    let (solution, solve_options) =
+        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+    let rendering = timings.measure("pass 2", || {
+        let progress = &mut |share| progress(Progress::Render(share));
+        render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
+    })?;
+    let mut warnings = scene.warnings.clone();
+    warnings.extend(warnings::back_faces(&scene, &rendering));
+    Ok(Frame {
+        caster: caster.name(),
+        board: caster.statistics(),
+        scene,
+        mesh,
+        solution,
+        solve_options,
+        rendering,
+        timings,
+        warnings,
+    })
+}
+
+/// Solves a scene file: pass 1 only.
+///
+/// # Errors
+/// A fault of the scene, a caster that fails.
+pub fn solve_scene(
+    path: &Path,
+    options: &FrameOptions,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Solved, FrameError> {
+    let mut timings = Timings::default();
+    let (scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
+    let (solution, solve_options) =
+        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+    let warnings = scene.warnings.clone();
+    Ok(Solved {
+        caster: caster.name(),
+        board: caster.statistics(),
+        scene,
+        mesh,
+        solution,
+        solve_options,
+        timings,
+        warnings,
+    })
+}
+
+/// Irradiance at points of a solved scene: direct light integrated there and indirect gathered, or (`interpolated`)
+/// the values that pass 1 stored on the surface at each point.
+///
+/// # Errors
+/// As [`solve_scene`]; `interpolated` also when no surface lies at a point.
+pub fn probe_scene(
+    path: &Path,
+    options: &FrameOptions,
+    points: &[ProbePoint],
+    interpolated: bool,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Probed, FrameError> {
+    let mut timings = Timings::default();
+    let (scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let at: Vec<DVec3> = points.iter().map(|p| p.at).collect();
+    let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &at))?;
+    let (solution, _) = pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+    let irradiance = timings.measure("probe", || {
+        if interpolated {
+            return stored_irradiance(&mesh, &solution, caster.port(), points);
+        }
+        let parts = radiosity::probe(&scene, &mesh, &solution, caster.port(), points)?;
+        Ok(parts.iter().map(|e| Irradiance(e.total())).collect())
+    })?;
+    let warnings = scene.warnings.clone();
+    Ok(Probed { caster: caster.name(), scene, mesh, irradiance, timings, warnings })
+}
+
+/// Drives the board with the rays of a workload.
+///
+/// # Errors
+/// As [`render_frame`]; no camera only where camera rays are asked for.
+pub fn simulate_scene(
+    path: &Path,
+    elements: Option<u32>,
+    board: &BoardSpec,
+    workload: &Workload,
+    solve: &SolveOptions,
+    picture: &RenderOptions,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Simulated, FrameError> {
+    let mut timings = Timings::default();
+    let (scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
+    let origins: Vec<DVec3> = match workload {
+        Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
+        _ => Vec::new(),
+    };
+    let mut make = |choice: &CasterChoice| {
+        timings.measure(choice.name(), || make_caster(choice, &scene, &mesh, &origins))
+    };
+    let mut emulated = make(&CasterChoice::Board(Box::new(board.clone())))?;
+    let pass_1_options = PassOne::Solve(*solve);
+    let run = &mut timings;
+    match workload {
+        Workload::Rays(rays) => {
+            run.measure("trace", || emulated.port().closest_hits(Purpose::Primary, Query::Rays(rays)))?;
+        }
+        Workload::Radiosity => {
+            pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+        }
+        Workload::Primary => {
+            let camera = camera_of(&scene)?;
+            let mut nothing = NullCaster;
+            let mut routed = RoutedCaster::new(Purpose::Primary, emulated.port(), &mut nothing);
+            let look = &mut |share| progress(Progress::Render(share));
+            run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
+        }
+        Workload::Shadow => {
+            let camera = camera_of(&scene)?;
+            let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &origins)?;
+            let (solution, _) = pass_1(&scene, &mesh, &mut software, &pass_1_options, run, progress)?;
+            let mut routed = RoutedCaster::new(Purpose::Shadow, emulated.port(), software.port());
+            let pass_2 = &mut |share| progress(Progress::Render(share));
+            run.measure("pass 2", || {
+                render::render(&scene, &camera, &mesh, &solution, &mut routed, picture, pass_2)
+            })?;
+        }
+        Workload::All => {
+            let camera = camera_of(&scene)?;
+            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let pass_2 = &mut |share| progress(Progress::Render(share));
+            run.measure("pass 2", || {
+                render::render(&scene, &camera, &mesh, &solution, emulated.port(), picture, pass_2)
+            })?;
+        }
+    }
+    let warnings = scene.warnings.clone();
+    Ok(Simulated { board: emulated.statistics().unwrap_or_default(), scene, mesh, timings, warnings })
+}
+
+/// Loads and meshes a scene and looks at it once through its camera, for warnings.
+///
+/// # Errors
+/// A fault of the scene.
+pub fn inspect_scene(path: &Path, elements: Option<u32>) -> Result<Inspected, FrameError> {
+    let (scene, mesh) = load_and_mesh(path, elements, &mut Timings::default())?;
+    let mut warnings = scene.warnings.clone();
+    if let Some(camera) = scene.camera {
+        let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &[])?;
+        let mut nothing = NullCaster;
+        let mut routed = RoutedCaster::new(Purpose::Primary, software.port(), &mut nothing);
+        let picture = RenderOptions { width: 64, height: 64, ..RenderOptions::default() };
+        let look = look_through(&scene, &camera, &mesh, &mut routed, &picture, &mut |_| {})?;
+        warnings.extend(warnings::back_faces(&scene, &look));
+    }
+    Ok(Inspected { scene, mesh, warnings })
+}
+
+fn load_and_mesh(
+    path: &Path,
+    elements: Option<u32>,
+    timings: &mut Timings,
+) -> Result<(Scene, Mesh), FrameError> {
+    let mut scene = timings.measure("load", || Scene::load(path))?;
+    if let Some(n) = elements {
+        scene.meshing.target = MeshTarget::Elements(n);
+    }
+    let mesh = timings.measure("mesh", || Mesh::build(&scene));
+    Ok((scene, mesh))
+}
+
+fn camera_of(scene: &Scene) -> Result<Camera, FrameError> {
+    scene.camera.ok_or_else(|| FrameError::NoCamera { path: scene.path.clone() })
+}
+
+/// A caster for the scene; `points` are places outside the surfaces where rays start.
+fn make_caster(
+    choice: &CasterChoice,
+    scene: &Scene,
+    mesh: &Mesh,
+    points: &[DVec3],
+) -> Result<Caster, FrameError> {
+    let lights = scene.lights.iter().filter_map(|light| match light {
+        Light::Point { position, .. } | Light::Spot { position, .. } => Some(*position),
+        Light::Directional { .. } => None,
+    });
+    let eye = scene.camera.iter().map(|camera| camera.eye);
+    let points: Vec<DVec3> = eye.chain(lights).chain(points.iter().copied()).collect();
+    Ok(Caster::new(choice, mesh.cast_patches(), &points)?)
+}
+
+fn pass_1(
+    scene: &Scene,
+    mesh: &Mesh,
+    caster: &mut Caster,
+    how: &PassOne,
+    timings: &mut Timings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Solution, SolveOptions), FrameError> {
+    timings.measure("pass 1", || match how {
+        PassOne::Load(file) => Ok(radiosity::solution_file::load(file, scene, mesh)?),
+        PassOne::Solve(options) => {
+            let progress = &mut |p| progress(Progress::Solve(p));
+            let solution = radiosity::solve(scene, mesh, caster.port(), options, progress)?;
+            Ok((solution, *options))
+        }
+    })
+}
+
+/// Pass 2 over a scene without stored light: the camera rays are exactly those of a picture.
+fn look_through(
+    scene: &Scene,
+    camera: &Camera,
+    mesh: &Mesh,
+    caster: &mut dyn RayCaster,
+    picture: &RenderOptions,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Rendering, FrameError> {
+    let dark = Solution {
+        element_irradiance: vec![SplitIrradiance::default(); mesh.elements.len()],
+        vertex_irradiance: vec![SplitIrradiance::default(); mesh.vertices.len()],
+        account: EnergyAccount::default(),
+        n_shots: 0,
+        n_shooters: 0,
+        n_rays: 0,
+        row_sum_error: RowSumError::default(),
+    };
+    let picture = RenderOptions { reconstruct: Method::Constant, ..picture.clone() };
+    Ok(render::render(scene, camera, mesh, &dark, caster, &picture, progress)?)
+}
+
+/// The irradiance that pass 1 stored where each point lies on a surface, bilinear between vertices.
+fn stored_irradiance(
+    mesh: &Mesh,
+    solution: &Solution,
+    caster: &mut dyn RayCaster,
+    points: &[ProbePoint],
+) -> Result<Vec<Irradiance>, FrameError> {
+    let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.total()).collect();
+    let element: Vec<Rgb> = solution.element_irradiance.iter().map(|e| e.total()).collect();
+    let field = Reconstruction::new(mesh, Method::Bilinear, &vertex, &element);
+    let size = crate::geom::Aabb::around(mesh.vertices.iter().map(|v| v.position)).size().max_element();
+    // A point counts as on the surface within a thousandth of the scene.
+    let reach = (1e-3 * size).max(4.0 * caster.surface_offset_m());
+    let rays: Vec<Ray> = points
+        .iter()
+        .map(|p| Ray { t_max: 2.0, ..Ray::unbounded(p.at + reach * p.normal, -reach * p.normal) })
+        .collect();
+    let hits = caster.closest_hits(Purpose::Probe, Query::Rays(&rays))?;
+    let mut values = Vec::with_capacity(points.len());
+    for ((point, ray), hit) in points.iter().zip(&rays).zip(hits) {
+        let off_surface = FrameError::OffSurface { at: point.at, reach_m: reach };
+        let hit = hit.ok_or(off_surface)?;
+        let value = match mesh.patch_of_hit(hit.patch, hit.facing) {
+            Some(patch) => field.evaluate(mesh, mesh.locate(patch, ray.at(hit.t))),
+            // A black back stores nothing.
+            None => Rgb::BLACK,
+        };
+        values.push(Irradiance(value));
+    }
+    Ok(values)
+}

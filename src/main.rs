@@ -1,2 +1,27 @@
-//! main
-fn main() {}
+//! `radeng`: parse, run, print, exit status.
+//!
+//! Status 0: fine; 1: a check failed (`compare --threshold`); 2: a bad input, named on stderr.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use radiosity_engine::cli::{self, CommandLine};
+
+fn main() -> ExitCode {
+    let line = CommandLine::parse();
+    match cli::run(&line) {
+        Ok(outcome) => {
+            for warning in &outcome.warnings {
+                eprintln!("warning: {warning}");
+            }
+            // A reader that stopped listening (`| head`) is no failure of the run.
+            let _ = std::io::stdout().write_all(outcome.text.as_bytes());
+            if outcome.check_failed { ExitCode::from(1) } else { ExitCode::SUCCESS }
+        }
+        Err(error) => {
+            eprintln!("{:?}", error.into_report());
+            ExitCode::from(2)
+        }
+    }
+}

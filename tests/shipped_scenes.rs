@@ -144,3 +144,18 @@ fn emitters_of_the_shipped_scenes_have_the_exitance_that_their_unit_means() {
     let area = 1.2 * 1.2;
     assert!((lumens("mirror-glass", "lamp") - 5000.0 * std::f64::consts::PI * area).abs() < 1e-8);
 }
+
+#[test]
+fn scenes_readme_lists_every_scene_with_its_number_of_surfaces_and_its_example_loads() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    for (name, path) in shipped() {
+        let row = readme.lines().find(|l| l.starts_with(&format!("| `{name}` |")));
+        let cells: Vec<_> = row.unwrap_or_else(|| panic!("{name} is not listed")).split('|').collect();
+        let n_surfaces = Scene::load(&path).unwrap().surfaces.len();
+        assert_eq!(cells[3].trim(), n_surfaces.to_string(), "{name}");
+    }
+    let example = readme.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let scene = Scene::parse(example, Path::new("example.toml")).unwrap();
+    assert!(scene.warnings.is_empty() && scene.surfaces.len() == 2);
+}

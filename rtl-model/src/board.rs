@@ -1,18 +1,32 @@
 //! The board: owns blocks and FIFOs, wires them, ticks, commits. Start reading here.
+//!
+//! ```text
+//! host: Work --jobs--> dispatcher --fetches--> host link --descriptors--> cluster 0..C-1 --lines--> DRAM
+//!       hits, bits <----------------------------- host link <--entries---'
+//! ```
+//! A command runs from an empty board to an empty board; caches and open DRAM rows keep what they have. Cycles count
+//! from the command to the host's interrupt: `Statistics::cycles` = ticks + `bus.interrupt_cycles` a command.
 
-use serde::Serialize;
-
+use crate::blocks::{
+    Cluster, ClusterIo, Dispatcher, DispatcherIo, HostLink, HostLinkIo, HostPort, Job, ResultEntry,
+};
 use crate::datapath::bundle::{BundleError, BundleWords};
 use crate::datapath::{HitWords, RayWords};
 use crate::functional::CanonicalCounters;
+use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::BlockAccount;
+use crate::packet;
+use crate::sim::{Account, Activity, Cycle, Fifo};
 use crate::spec::{BoardSpec, SpecError};
+use crate::statistics::{BoardStatistics, LevelStatistics};
+
+/// Rays of a bundle, and of a chunk of explicit rays.
+pub const MAX_JOB_RAYS: usize = 64;
 
 /// What the host asks of the board.
 #[derive(Clone, Copy, Debug)]
 pub enum Work<'a> {
-    /// Explicit rays.
+    /// Explicit rays; the board takes them in chunks of 64.
     Rays(&'a [RayWords]),
     /// Bundle descriptors.
     Bundles(&'a [BundleWords]),
@@ -25,12 +39,14 @@ pub enum BoardError {
     #[error(transparent)]
     Spec(#[from] SpecError),
     /// The scene does not fit the patch memory.
-    #[error("the scene needs {needed_bytes} bytes of patch memory, the board has {available_bytes}")]
+    #[error(
+        "the scene needs {needed_bytes} bytes of patch memory, the board has {available_bytes} (dram.bytes)"
+    )]
     PatchMemory {
         /// Bytes of the image.
-        needed_bytes: usize,
+        needed_bytes: u64,
         /// Bytes of the memory.
-        available_bytes: usize,
+        available_bytes: u64,
     },
     /// The image was made for other number formats.
     #[error("the memory image and the board differ in number formats")]
@@ -43,63 +59,48 @@ pub enum BoardError {
         /// Why.
         source: BundleError,
     },
+    /// Over 2^32 rays in a command.
+    #[error("{0} rays in one command; at most 2^32 - 1 are possible")]
+    TooManyRays(usize),
     /// No progress for too many cycles.
-    #[error("no progress for {cycles} cycles: {stalls}")]
+    #[error("no progress for {cycles} cycles; last causes: {causes}")]
     Watchdog {
         /// How long.
         cycles: u64,
-        /// Each block's last stall.
-        stalls: String,
+        /// Each block's last cause.
+        causes: String,
     },
 }
 
-/// Everything counted since the board was made, or between two moments.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct BoardStatistics {
-    /// Board clock cycles.
-    pub cycles: u64,
-    /// Work that no timing choice changes.
-    pub canonical: CanonicalCounters,
-    /// Bytes from host to board.
-    pub bus_down_bytes: u64,
-    /// Bytes from board to host.
-    pub bus_up_bytes: u64,
-    /// Cache and memory levels, from the ICU outward.
-    pub memory: Vec<LevelStatistics>,
-    /// The closed account of every block: causes sum to `cycles`.
-    pub blocks: Vec<BlockAccount>,
-}
-
-/// Traffic of one memory level, summed over its instances.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct LevelStatistics {
-    /// Which level.
-    pub level: String,
-    /// Look-ups (cache) or line transfers (DRAM).
-    pub accesses: u64,
-    /// Look-ups that missed.
-    pub misses: u64,
-    /// Bytes delivered.
-    pub bytes: u64,
-}
-
-impl BoardStatistics {
-    /// What was counted since `earlier`, a previous state of the same board.
-    pub fn since(&self, earlier: &BoardStatistics) -> BoardStatistics {
-        let _ = earlier;
-        todo!()
-    }
-
-    /// The sum of two counts of the same board.
-    pub fn plus(&self, other: &BoardStatistics) -> BoardStatistics {
-        let _ = other;
-        todo!()
-    }
-}
-
 /// The emulated board with a scene loaded.
-#[derive(Debug)]
-pub struct Board {}
+#[derive(Clone, Debug)]
+pub struct Board {
+    spec: BoardSpec,
+    image: MemoryImage,
+    now: Cycle,
+    /// Cycles that passed on the host's side of an interrupt.
+    interrupt_cycles: u64,
+    counters: CanonicalCounters,
+    dispatcher: Dispatcher,
+    fetches: Fifo<crate::blocks::FetchRequest>,
+    host_link: HostLink,
+    host_ports: Vec<HostPort>,
+    clusters: Vec<Cluster>,
+    dram_ports: Vec<DramPort>,
+    dram: Dram,
+    dispatcher_account: Account,
+    host_link_account: Account,
+    dram_account: Account,
+}
+
+/// A command while it runs.
+struct Command<'a> {
+    work: Work<'a>,
+    any_hit: bool,
+    jobs: Vec<Job>,
+    n_rays: usize,
+    delivered: Vec<ResultEntry>,
+}
 
 impl Board {
     /// A board of this specification with the scene in its patch memory.
@@ -107,8 +108,39 @@ impl Board {
     /// # Errors
     /// An unusable specification, an image too large or of other formats.
     pub fn new(spec: &BoardSpec, image: MemoryImage) -> Result<Board, BoardError> {
-        let _ = (spec, image);
-        todo!()
+        spec.validate()?;
+        if image.formats != spec.formats {
+            return Err(BoardError::Formats);
+        }
+        let needed_bytes = image.size_bytes() as u64;
+        if needed_bytes > spec.dram.bytes {
+            return Err(BoardError::PatchMemory { needed_bytes, available_bytes: spec.dram.bytes });
+        }
+        let n = spec.clusters.count;
+        let dram = &spec.dram;
+        Ok(Board {
+            dispatcher: Dispatcher::new(spec.scheduling, n),
+            fetches: Fifo::new(2),
+            host_link: HostLink::new(spec),
+            host_ports: vec![HostPort::new(spec.fifos.commands, spec.fifos.results); n as usize],
+            clusters: (0..n).map(|_| Cluster::new(spec)).collect(),
+            dram_ports: vec![DramPort { requests: Fifo::new(2), responses: Fifo::new(2) }; n as usize],
+            dram: Dram::new(
+                dram.width_bits,
+                dram.banks,
+                dram.row_bytes,
+                dram.row_hit_cycles,
+                dram.row_miss_cycles,
+            ),
+            dispatcher_account: Account::default(),
+            host_link_account: Account::default(),
+            dram_account: Account::default(),
+            spec: spec.clone(),
+            image,
+            now: 0,
+            interrupt_cycles: 0,
+            counters: CanonicalCounters::default(),
+        })
     }
 
     /// Nearest hits, in ray order. The board starts and ends empty; its caches keep their lines.
@@ -116,8 +148,14 @@ impl Board {
     /// # Errors
     /// An unusable descriptor, or a watchdog.
     pub fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
-        let _ = work;
-        todo!()
+        let command = self.run(work, false)?;
+        let mut hits = vec![None; command.n_rays];
+        for entry in &command.delivered {
+            if let ResultEntry::Nearest { ray, hit, .. } = *entry {
+                hits[ray as usize] = hit;
+            }
+        }
+        Ok(hits)
     }
 
     /// Hit bits, in ray order.
@@ -125,17 +163,217 @@ impl Board {
     /// # Errors
     /// As [`Board::trace_nearest`].
     pub fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
-        let _ = work;
-        todo!()
+        let command = self.run(work, true)?;
+        let mut hits = vec![false; command.n_rays];
+        for entry in &command.delivered {
+            if let ResultEntry::Any { first_ray, bits, n_rays } = *entry {
+                for i in 0..n_rays {
+                    hits[(first_ray + i) as usize] = bits >> i & 1 == 1;
+                }
+            }
+        }
+        Ok(hits)
+    }
+
+    /// Runs a command to its end.
+    fn run<'a>(&mut self, work: Work<'a>, any_hit: bool) -> Result<Command<'a>, BoardError> {
+        let (jobs, n_rays) = self.jobs(work)?;
+        let mut command = Command { work, any_hit, jobs, n_rays, delivered: Vec::new() };
+        if n_rays == 0 {
+            return Ok(command);
+        }
+        let expected = if any_hit { command.jobs.len() } else { n_rays };
+        command.delivered.reserve_exact(expected);
+        self.dispatcher.start(command.jobs.len());
+        self.host_link.start(self.entry_bytes(any_hit));
+        let mut last_progress = self.now;
+        while command.delivered.len() < expected {
+            if self.tick(&mut command) {
+                last_progress = self.now;
+            } else if self.now - last_progress > self.spec.watchdog_cycles {
+                return Err(self.watchdog(self.now - last_progress));
+            }
+            self.commit();
+        }
+        debug_assert!(self.is_quiet(), "a command ended with tokens on the board");
+        let interrupt = self.spec.bus.interrupt_cycles;
+        self.interrupt_cycles += interrupt;
+        for account in self.accounts() {
+            account.end_run();
+            account.add_drain(interrupt);
+        }
+        Ok(command)
+    }
+
+    /// One cycle of every block; true when any of them worked.
+    #[inline]
+    fn tick(&mut self, command: &mut Command<'_>) -> bool {
+        let dispatched = self.dispatcher.tick(DispatcherIo {
+            jobs: &command.jobs,
+            clusters: &self.host_ports,
+            fetches: &mut self.fetches,
+        });
+        self.dispatcher_account.record(dispatched, false);
+        let mut worked = dispatched == Activity::Work;
+        for ((cluster, host), dram) in
+            self.clusters.iter_mut().zip(&mut self.host_ports).zip(&mut self.dram_ports)
+        {
+            worked |= cluster.tick(ClusterIo {
+                work: command.work,
+                any_hit: command.any_hit,
+                image: &self.image,
+                host,
+                dram,
+                counters: &mut self.counters,
+            });
+        }
+        let moved = self.host_link.tick(HostLinkIo {
+            fetches: &mut self.fetches,
+            clusters: &mut self.host_ports,
+            delivered: &mut command.delivered,
+        });
+        self.host_link_account.record(moved, true);
+        let read = self.dram.tick(DramIo { ports: &mut self.dram_ports });
+        self.dram_account.record(read, true);
+        worked | (moved == Activity::Work) | (read == Activity::Work)
+    }
+
+    /// The clock edge.
+    #[inline]
+    fn commit(&mut self) {
+        let now = self.now;
+        self.fetches.commit(now);
+        self.host_ports.iter_mut().for_each(|p| p.commit(now));
+        self.clusters.iter_mut().for_each(|c| c.commit(now));
+        for port in &mut self.dram_ports {
+            port.requests.commit(now);
+            port.responses.commit(now);
+        }
+        self.now += 1;
+    }
+
+    /// Bytes of one entry on its way up: a hit record, or the hit bits of a bundle.
+    fn entry_bytes(&self, any_hit: bool) -> u32 {
+        if any_hit { packet::any_hit_bytes(MAX_JOB_RAYS) } else { packet::hit_bytes(&self.spec.formats) }
+    }
+
+    /// Cuts the work into jobs.
+    fn jobs(&self, work: Work<'_>) -> Result<(Vec<Job>, usize), BoardError> {
+        let formats = &self.spec.formats;
+        let mut jobs = Vec::new();
+        let mut n_rays = 0;
+        let mut push = |n: usize, bytes: u32| {
+            jobs.push(Job { index: jobs.len() as u32, first_ray: n_rays as u32, n_rays: n as u32, bytes });
+            n_rays += n;
+        };
+        match work {
+            Work::Rays(rays) => {
+                for chunk in rays.chunks(MAX_JOB_RAYS) {
+                    push(chunk.len(), chunk.len() as u32 * packet::ray_bytes(formats));
+                }
+            }
+            Work::Bundles(bundles) => {
+                for (index, bundle) in bundles.iter().enumerate() {
+                    bundle.validate(formats).map_err(|source| BoardError::Bundle { index, source })?;
+                    push(bundle.n_rays(), packet::bundle_bytes(bundle, formats));
+                }
+            }
+        }
+        if u32::try_from(n_rays).is_err() {
+            return Err(BoardError::TooManyRays(n_rays));
+        }
+        Ok((jobs, n_rays))
+    }
+
+    fn accounts(&mut self) -> impl Iterator<Item = &mut Account> {
+        [&mut self.dispatcher_account, &mut self.host_link_account, &mut self.dram_account]
+            .into_iter()
+            .chain(self.clusters.iter_mut().flat_map(Cluster::accounts))
+    }
+
+    fn watchdog(&self, cycles: u64) -> BoardError {
+        let name = |block: &str, account: &Account| {
+            format!("{block} {}", account.last().map_or("never ticked", |cause| cause.name()))
+        };
+        let mut causes = vec![
+            name("dispatcher", &self.dispatcher_account),
+            name("host_link", &self.host_link_account),
+            name("dram", &self.dram_account),
+        ];
+        causes.extend(self.clusters.iter().enumerate().flat_map(|(c, cluster)| cluster.last_causes(c)));
+        BoardError::Watchdog { cycles, causes: causes.join(", ") }
+    }
+
+    /// True when no token is anywhere on the board.
+    pub fn is_quiet(&self) -> bool {
+        self.dispatcher.is_quiet()
+            && self.fetches.is_empty()
+            && self.host_link.is_quiet()
+            && self.host_ports.iter().all(|p| p.commands.is_empty() && p.entries.is_empty())
+            && self.clusters.iter().all(Cluster::is_quiet)
+            && self.dram_ports.iter().all(|p| p.requests.is_empty() && p.responses.is_empty())
+            && self.dram.is_quiet()
     }
 
     /// Everything counted so far.
     pub fn statistics(&self) -> BoardStatistics {
-        todo!()
+        let mut levels = [Traffic::default(); 3];
+        for cluster in &self.clusters {
+            for (sum, traffic) in levels.iter_mut().zip(cluster.traffic()) {
+                sum.accesses += traffic.accesses;
+                sum.misses += traffic.misses;
+            }
+        }
+        let named = |level: &str, t: Traffic, lines: u64| LevelStatistics {
+            level: level.into(),
+            accesses: t.accesses,
+            misses: t.misses,
+            bytes: lines * u64::from(LINE_BYTES),
+        };
+        let [list, patch, buffer] = levels;
+        let dram = self.dram.traffic();
+        let mut blocks = vec![
+            self.host_link_account.named("host_link".into()),
+            self.dispatcher_account.named("dispatcher".into()),
+            self.dram_account.named("dram".into()),
+        ];
+        for (c, cluster) in self.clusters.iter().enumerate() {
+            blocks.extend(cluster.block_accounts(c));
+        }
+        let [bus_down_bytes, bus_up_bytes] = self.host_link.bytes();
+        BoardStatistics {
+            cycles: self.now + self.interrupt_cycles,
+            canonical: self.counters,
+            bus_down_bytes,
+            bus_up_bytes,
+            memory: vec![
+                named("patch_cache", patch, patch.misses),
+                named("list_cache", list, list.misses),
+                named("cluster_buffer", buffer, buffer.misses),
+                named("dram", dram, dram.accesses),
+            ],
+            blocks,
+        }
     }
 
     /// The specification.
     pub fn spec(&self) -> &BoardSpec {
-        todo!()
+        &self.spec
+    }
+
+    /// The patch memory.
+    pub fn image(&self) -> &MemoryImage {
+        &self.image
+    }
+
+    #[cfg(test)]
+    pub(crate) fn permute_ticks(&mut self, seed: u64) {
+        for (c, cluster) in (0..).zip(&mut self.clusters) {
+            cluster.permute(seed + c);
+        }
     }
 }
+
+#[cfg(test)]
+#[path = "board_tests.rs"]
+mod tests;

@@ -23,3 +23,5 @@ pub mod blocks;
 pub mod memory;
 
 pub mod board;
+
+pub mod statistics;

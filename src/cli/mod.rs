@@ -1,1 +1,54 @@
 //! The command line: as typed (`args.rs`), as meant (`plan.rs`), one file per subcommand.
+//!
+//! ```text
+//! CommandLine --plan.rs: resolved, outputs checked--> Plan --frame.rs--> outcome --> files, then text for stdout
+//! ```
+//! Commands return what is to be printed; `main.rs` prints it. Only progress bars write to stderr from here.
+//! Files are put in place at the very end, together: a command that fails leaves none.
+
+pub mod args;
+mod compare;
+mod error;
+mod info;
+pub mod plan;
+mod probe;
+mod progress;
+mod rays;
+mod render;
+mod simulate;
+mod solve;
+
+pub use args::{Command, CommandLine};
+pub use error::CliError;
+
+/// What a command has to say.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// For stdout.
+    pub text: String,
+    /// For stderr, one by one.
+    pub warnings: Vec<String>,
+    /// A check failed: exit status 1.
+    pub check_failed: bool,
+}
+
+/// Runs a command.
+///
+/// # Errors
+/// A bad input, named: exit status 2.
+pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
+    if let Some(n) = line.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n.get())
+            .build_global()
+            .map_err(|e| CliError::Threads { n: n.get(), what: e.to_string() })?;
+    }
+    match &line.command {
+        Command::Render(args) => render::run(args),
+        Command::Solve(args) => solve::run(args),
+        Command::Probe(args) => probe::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Info(args) => info::run(args),
+    }
+}

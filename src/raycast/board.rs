@@ -9,9 +9,10 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use rtl_model::board::{Board, BoardError, BoardStatistics, Work};
+use rtl_model::board::{Board, BoardError, Work};
 use rtl_model::datapath::HitWords;
 use rtl_model::spec::BoardSpec;
+use rtl_model::statistics::BoardStatistics;
 
 use super::quantize::Quantizer;
 use super::quantized::{self, Tracer};

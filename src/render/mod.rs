@@ -1,11 +1,33 @@
 //! Pass 2: camera bundles, shading, specular recursion.
+//!
+//! ```text
+//! camera.rs tiles (Morton) --closest_hits--> shade.rs --diffuse--> ShadePoints --direct/--> D, reconstruct/ --> R[E]
+//!                                              |--mirror, glass--> explicit rays: the next wave
+//! film += weight (M + rho (D + R[E_indirect])) / pi
+//! ```
+//! Waves: all camera rays of a band of tiles, then all their specular children, and so on to the depth limit; each wave
+//! is one query for hits and a few for shadows. The order of queries and sums is fixed, so the picture has the same bits
+//! for any number of threads.
+//! Source: Jansen, Kok 1992 (two-pass method); Whitted 1980 (specular recursion).
+//!
+//! Not modelled yet: the choice of stored or sampled sources (all are sampled), caustics.
 
+mod camera;
+mod optics;
+mod shade;
+
+use rayon::prelude::*;
+
+use crate::direct::DirectLight;
 use crate::image::Film;
 use crate::mesh::Mesh;
 use crate::radiosity::Solution;
-use crate::raycast::{CastError, RayCaster};
-use crate::reconstruct::Method;
+use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster, RayHit};
+use crate::reconstruct::{Method, Reconstruction};
 use crate::scene::{Camera, Scene};
+use crate::units::Rgb;
+use camera::{Tile, View, morton_tiles};
+use shade::{Outcome, Path, Shader};
 
 /// How pass 2 is run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -52,6 +74,12 @@ pub struct Rendering {
     pub n_camera_rays: u64,
 }
 
+/// Camera tiles per band: bounds the paths held at once.
+const TILES_PER_BAND: usize = 256;
+
+/// Most camera rays per pixel.
+const MAX_SAMPLES: u32 = 16;
+
 /// Renders a solved scene.
 ///
 /// # Errors
@@ -65,6 +93,106 @@ pub fn render(
     options: &RenderOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Rendering, CastError> {
-    let _ = (scene, camera, mesh, solution, caster, options, progress);
-    todo!()
+    let (width, height) = (options.width as usize, options.height as usize);
+    let samples = options.samples.clamp(1, MAX_SAMPLES);
+    let view = View::new(camera, options.width, options.height);
+    let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.indirect).collect();
+    let element: Vec<Rgb> = solution.element_irradiance.iter().map(|e| e.indirect).collect();
+    let reconstruction = Reconstruction::new(mesh, options.reconstruct, &vertex, &element);
+    let offset_m = caster.surface_offset_m();
+    let direct = DirectLight::new(scene, mesh, offset_m);
+    let shader = Shader { scene, mesh, reconstruction: &reconstruction, offset_m };
+    let mut picture = Rendering {
+        film: Film {
+            width,
+            height,
+            pixels: vec![Rgb::BLACK; width * height],
+            emitter: vec![false; width * height],
+        },
+        back_hits: vec![0; scene.surfaces.len()],
+        n_camera_rays: 0,
+    };
+    let tiles = morton_tiles(options.width, options.height);
+    let n_bands = tiles.len().div_ceil(TILES_PER_BAND) * samples as usize;
+    let mut done = 0;
+    for band in tiles.chunks(TILES_PER_BAND) {
+        for sample in 0..samples {
+            let (bundles, paths) = camera_wave(&view, band, sample, samples, options, &mut picture);
+            let hits = caster.closest_hits(Purpose::Primary, Query::Bundles(&bundles))?;
+            let weight = 1.0 / f64::from(samples);
+            trace_waves(&shader, &direct, caster, options, weight, paths, hits, &mut picture)?;
+            done += 1;
+            progress(done as f64 / n_bands as f64);
+        }
+    }
+    Ok(picture)
 }
+
+/// The bundles of one sample of a band of tiles, and a path per ray in their order.
+fn camera_wave(
+    view: &View,
+    band: &[Tile],
+    sample: u32,
+    samples: u32,
+    options: &RenderOptions,
+    picture: &mut Rendering,
+) -> (Vec<RayBundle>, Vec<Path>) {
+    let bundles: Vec<RayBundle> = band.iter().map(|tile| view.bundle(tile, sample, samples)).collect();
+    let mut paths = Vec::with_capacity(band.len() * 64);
+    for (tile, bundle) in band.iter().zip(&bundles) {
+        for i in 0..bundle.n_rays() {
+            let pixel = tile.pixel(i, options.width);
+            paths.push(Path::camera(bundle.ray(i), pixel, sample));
+        }
+    }
+    picture.n_camera_rays += paths.len() as u64;
+    (bundles, paths)
+}
+
+/// Follows paths, wave by wave, and adds what they see to the film.
+#[expect(clippy::too_many_arguments, reason = "one loop over the parts that `render` set up")]
+fn trace_waves(
+    shader: &Shader<'_>,
+    direct: &DirectLight,
+    caster: &mut dyn RayCaster,
+    options: &RenderOptions,
+    sample_weight: f64,
+    mut paths: Vec<Path>,
+    mut hits: Vec<Option<RayHit>>,
+    picture: &mut Rendering,
+) -> Result<(), CastError> {
+    for depth in 0..=options.max_depth {
+        let outcomes: Vec<Outcome> =
+            paths.par_iter().zip(&hits).map(|(path, hit)| shader.shade(path, *hit)).collect();
+        let points: Vec<_> = outcomes.iter().filter_map(|o| o.diffuse.map(|d| d.point)).collect();
+        let received = direct.gather(caster, &points, options.shadow_strata, options.seed)?;
+        let mut received = received.into_iter();
+        let mut next = Vec::new();
+        for (path, outcome) in paths.iter().zip(outcomes) {
+            let mut radiosity = outcome.exitance;
+            if let Some(diffuse) = outcome.diffuse {
+                let direct = received.next().unwrap_or(Rgb::BLACK);
+                radiosity += diffuse.reflectance * (direct + diffuse.indirect);
+            }
+            let radiance = crate::units::Radiosity(radiosity).radiance().0;
+            picture.film.pixels[path.pixel] += path.weight * radiance * sample_weight;
+            if depth == 0 {
+                picture.film.emitter[path.pixel] |= !outcome.exitance.is_black();
+                if let Some(surface) = outcome.back {
+                    picture.back_hits[surface.0 as usize] += 1;
+                }
+            }
+            next.extend(outcome.children.into_iter().flatten());
+        }
+        if next.is_empty() || depth == options.max_depth {
+            break;
+        }
+        let rays: Vec<_> = next.iter().map(|p| p.ray).collect();
+        hits = caster.closest_hits(Purpose::Specular, Query::Rays(&rays))?;
+        paths = next;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,1 +1,83 @@
-//! What runs tell: JSON reports and the summaries on the terminal.
+//! What runs tell: JSON reports for programs, a summary for the terminal.
+//!
+//! ```text
+//! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
+//!               --board.rs------> BoardReport (totals, stall tables, by purpose)
+//!               --terminal.rs---> text of one screen, SI prefixes by si.rs
+//! ```
+//! Nothing here prints or writes: callers get bytes and strings.
+
+pub mod board;
+pub mod documents;
+pub mod si;
+pub mod terminal;
+
+pub use board::BoardReport;
+pub use documents::{
+    BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
+    SimulateReport, SolveReport,
+};
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// Wall time of one phase of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Phase {
+    /// Name: `load`, `mesh`, `caster`, `pass 1`, `pass 2`, `write`.
+    pub name: &'static str,
+    /// Wall time (s).
+    pub seconds: f64,
+}
+
+/// Wall time of a run, phase by phase.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Timings {
+    /// Phases in the order in which they ran.
+    pub phases: Vec<Phase>,
+    /// Their sum (s).
+    pub total_seconds: f64,
+}
+
+impl Timings {
+    /// Runs `work` as phase `name`.
+    pub fn measure<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.add(name, start.elapsed().as_secs_f64());
+        result
+    }
+
+    /// Adds a phase.
+    pub fn add(&mut self, name: &'static str, seconds: f64) {
+        self.phases.push(Phase { name, seconds });
+        self.total_seconds += seconds;
+    }
+}
+
+/// A report as JSON text, indented, with a newline at its end.
+///
+/// # Panics
+/// Never for the reports of this module: their keys are strings.
+pub fn to_json(report: &impl Serialize) -> Vec<u8> {
+    let mut bytes = serde_json::to_vec_pretty(report).expect("report keys are strings");
+    bytes.push(b'\n');
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timings_total_is_the_sum_of_the_phases() {
+        let mut timings = Timings::default();
+        timings.add("load", 0.5);
+        timings.add("mesh", 0.25);
+        assert_eq!(timings.measure("write", || 7), 7);
+        assert_eq!(timings.phases.len(), 3);
+        let sum: f64 = timings.phases.iter().map(|p| p.seconds).sum();
+        assert!((timings.total_seconds - sum).abs() < 1e-12);
+    }
+}

@@ -10,7 +10,7 @@
 //! |---|---|---|
 //! | tile | corner + i u + j v | 2^(D+8) |
 //! | fan | v0 + (i + js) (v1 - v0) / n + (j + jt) (v2 - v0) / m, rounded to a coordinate word, minus apex | 2^F |
-//! | hemisphere | x t1 + y t2 + z n, (x, y, z) the table's entry nearest the stratum's centre | 2^(2D) |
+//! | hemisphere | x t1 + y t2 + z n, (x, y, z) the table's entry at the stratum's centre | 2^(2D) |
 //! | targets | point - apex | 2^F |
 //!
 //! With 2^(L-1) <= largest |raw component| < 2^L the direction is round(raw 2^(D-L)), to nearest, ties to even, so its
@@ -271,7 +271,7 @@ fn place(i: usize, n: u32) -> (i64, i64) {
     (word(i % n), word(i / n))
 }
 
-/// The table place nearest the centre of stratum `place` of `n`: floor((2 place + 1) 64 / (2 n)).
+/// The table place at or just below the centre of stratum `place` of `n`: floor((2 place + 1) 64 / (2 n)).
 fn nearest_entry(place: i64, n: u32) -> u32 {
     let last = (1 << HEMISPHERE_LOG2) - 1;
     let entry = (((2 * place + 1) << HEMISPHERE_LOG2) / (2 * i64::from(n.max(1)))).clamp(0, last);

@@ -3,7 +3,7 @@
 //! ```text
 //! ray, cell, limit t -> distances to the three far planes -> nearest by cross-multiplying -> next cell, or the end
 //! ```
-//! Far plane of cell index c along an axis: p = (c + [d > 0]) 2^(F+1-g) - 2^F; crossing t = |p - o| / |d|, a ratio of
+//! Far plane of cell index c along an axis: p = c' 2^(F+1-g) - 2^F with c' = c, or c + 1 where d > 0; crossing t = |p - o| / |d|, a ratio of
 //! integers that is compared, never divided and never summed up. Ties go to the first axis, so a ray through an edge
 //! passes one more cell, at a point; closed cell lists make that harmless. One cell a clock cycle.
 //! Source: Amanatides, Woo 1987 (the walk); exactness is ours. Not modelled here: lists, mailbox, time.

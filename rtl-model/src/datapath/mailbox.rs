@@ -4,7 +4,7 @@
 //! patch of a cell list -> contains? -> (no) test, push        first in, first out
 //! ```
 //! A large patch lies in many neighbouring cells; the mailbox saves its repeated tests. Skipping is safe: a repeated
-//! test returns the same hit. Source: Amanatides, Woo 1987, section 3 (a ray id per object), here turned round so
+//! test returns the same hit. Source: Amanatides, Woo 1987 (a ray id per object), here turned round so
 //! that the state is the ray context's.
 
 /// Entries of a ray context's mailbox.

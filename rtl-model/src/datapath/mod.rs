@@ -6,6 +6,9 @@ mod hemisphere;
 pub mod mailbox;
 pub mod ray_patch;
 
+#[cfg(test)]
+pub(crate) mod test_support;
+
 /// A ray as the board holds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RayWords {

@@ -1,1 +1,42 @@
-//! memory.
+//! The hierarchical patch memory, from the ICU outward.
+//!
+//! ```text
+//! patch loader: patch cache, list cache --LineRequest--> cluster buffer --line--> DRAM
+//!                              <--line (Wire per cache)--              <--line---
+//! ```
+//! A line is 64 bytes (16 words). Caches hold tags only: the bits themselves are those of the memory image, which
+//! never changes while a command runs.
+
+mod cluster_buffer;
+mod dram;
+mod line_cache;
+
+pub use cluster_buffer::{ClusterBuffer, ClusterBufferIo};
+pub use dram::{Dram, DramIo, DramPort};
+pub use line_cache::{LineCache, Lookup, MissRegisters, ReadPort};
+
+/// Words of a line.
+pub const LINE_WORDS: u32 = 16;
+/// Bytes of a line.
+pub const LINE_BYTES: u32 = 64;
+
+/// The number of a 64-byte line of the patch memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Line(pub u32);
+
+impl Line {
+    /// The line that holds a word.
+    #[inline]
+    pub fn of_word(address: u32) -> Line {
+        Line(address / LINE_WORDS)
+    }
+}
+
+/// Traffic of one memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Look-ups or line transfers.
+    pub accesses: u64,
+    /// Look-ups that missed (DRAM: row misses).
+    pub misses: u64,
+}

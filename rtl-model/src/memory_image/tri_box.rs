@@ -63,10 +63,8 @@ impl TriangleAxes {
 
     /// True when the triangle and the closed cube [corner, corner + side]^3 have a point in common.
     pub(super) fn touches(&self, corner: [i64; 3], side: i64) -> bool {
-        for k in 0..3 {
-            if self.high[k] < corner[k] || self.low[k] > corner[k] + side {
-                return false;
-            }
+        if (0..3).any(|k| self.high[k] < corner[k] || self.low[k] > corner[k] + side) {
+            return false;
         }
         let (mut at, mut below, mut above) = (0_i128, 0_i128, 0_i128);
         for (word, low) in self.normal.into_iter().zip(corner) {
@@ -87,3 +85,7 @@ impl TriangleAxes {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "tri_box_tests.rs"]
+mod tests;

@@ -5,12 +5,13 @@ use toml::Spanned;
 use super::super::{Camera, SceneError};
 use super::raw::RawCamera;
 use super::source::Source;
+use super::value::Table;
 
 /// Smallest sine of the angle between up and view.
 const MIN_UP_SINE: f64 = 1e-6;
 
-pub(super) fn resolve(source: &Source<'_>, raw: Spanned<RawCamera>) -> Result<Camera, SceneError> {
-    let raw = raw.into_inner();
+pub(super) fn resolve(source: &Source<'_>, raw: Spanned<Table<RawCamera>>) -> Result<Camera, SceneError> {
+    let Table(raw) = raw.into_inner();
     let (eye, target, up) =
         (raw.eye.to_dvec3(), raw.target.get_ref().to_dvec3(), raw.up.get_ref().to_dvec3());
     let Some(view) = (target - eye).try_normalize() else {

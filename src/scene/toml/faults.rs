@@ -17,7 +17,22 @@ pub(super) fn of_toml(source: &Source<'_>, error: &toml::de::Error) -> SceneErro
     if let Some(key) = message.strip_prefix("missing field ") {
         return source.fault(span, format!("missing key {key}"));
     }
-    source.fault(span, message)
+    // serde's words for TOML's things.
+    let message = message
+        .replace("invalid type: map", "invalid type: table")
+        .replace("invalid type: sequence", "invalid type: array")
+        .replace("expected a sequence", "expected an array of tables");
+    match key_path(error) {
+        Some(path) => source.fault(span, format!("{path}: {message}")),
+        None => source.fault(span, message),
+    }
+}
+
+/// The keys that lead to the value at fault, `materials.wall.reflectance`: the last line that the error displays.
+fn key_path(error: &toml::de::Error) -> Option<String> {
+    let shown = error.to_string();
+    let path = shown.trim_end().lines().last()?.strip_prefix("in `")?.strip_suffix('`')?;
+    Some(path.to_owned())
 }
 
 /// `fault` with "did you mean" when one of `known` is close to `given`.

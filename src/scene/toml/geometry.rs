@@ -120,3 +120,101 @@ fn height(cross: DVec3, size: f64) -> f64 {
     let h = cross.length() / (size * size);
     if h.is_finite() { h } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn any_vector() -> impl Strategy<Value = DVec3> {
+        [-1.0..1.0f64, -1.0..1.0, -1.0..1.0].prop_map(DVec3::from_array)
+    }
+
+    /// Four points in order around a circle, in any plane, place and size: planar and convex.
+    fn convex_quad() -> impl Strategy<Value = [DVec3; 4]> {
+        let angles = [0.1..1.4f64, 1.7..3.0, 3.3..4.5, 4.8..6.1];
+        (angles, any_vector(), any_vector(), -3i32..3).prop_filter_map(
+            "a frame",
+            |(angles, normal, shift, power)| {
+                let (u, v) = crate::geom::tangent_frame(normal.try_normalize()?);
+                let size = 10f64.powi(power);
+                Some(angles.map(|a| size * (shift + a.cos() * u + a.sin() * v)))
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn quad_of_points_around_a_circle_is_accepted_either_way_round(v in convex_quad()) {
+            prop_assert_eq!(quad(v), Ok(Shape::Quad(v)));
+            let reversed = [v[3], v[2], v[1], v[0]];
+            prop_assert_eq!(quad(reversed), Ok(Shape::Quad(reversed)));
+        }
+
+        #[test]
+        fn quad_with_swapped_corners_crosses_itself(v in convex_quad(), which in 0usize..4) {
+            let mut crossed = v;
+            crossed.swap(which, (which + 1) % 4);
+            let fault = quad(crossed).unwrap_err();
+            prop_assert!(fault.message.contains("cross each other"), "{}", fault.message);
+        }
+
+        #[test]
+        fn quad_with_a_corner_pushed_beyond_the_diagonal_is_concave_there(
+            v in convex_quad(), which in 0usize..4, share in 0.05..0.8f64
+        ) {
+            // From the diagonal's middle towards the opposite corner: inside the other triangle.
+            let (previous, next, opposite) = (v[(which + 3) % 4], v[(which + 1) % 4], v[(which + 2) % 4]);
+            let middle = 0.5 * (previous + next);
+            let mut dented = v;
+            dented[which] = middle + share * (opposite - middle);
+            let fault = quad(dented).unwrap_err();
+            prop_assert!(
+                fault.message.contains(&format!("concave at corner {}", which + 1)), "{}", fault.message
+            );
+        }
+
+        #[test]
+        fn quad_with_a_lifted_corner_is_refused_above_the_tolerance_and_accepted_below(
+            v in convex_quad(), which in 0usize..4
+        ) {
+            let size = (0..4).map(|i| (v[(i + 1) % 4] - v[i]).length()).fold(0.0, f64::max);
+            let normal = (v[2] - v[0]).cross(v[3] - v[1]).normalize();
+            let lifted = |by: f64| {
+                let mut lifted = v;
+                lifted[which] += by * size * normal;
+                quad(lifted)
+            };
+            // The distance of a corner from the plane of three others is within a factor of the lift.
+            prop_assert!(lifted(1e-9).is_ok());
+            let fault = lifted(1e-3).unwrap_err();
+            prop_assert!(fault.message.contains("not planar"), "{}", fault.message);
+        }
+
+        #[test]
+        fn triangle_of_three_points_on_a_line_has_no_area(a in any_vector(), d in any_vector(), k in 0.1..5.0f64) {
+            prop_assume!(d.length() > 0.1);
+            prop_assert!(triangle([a, a + d, a + k * d]).is_err());
+            let aside = d.any_orthogonal_vector();
+            prop_assert!(triangle([a, a + d, a + 0.5 * d + 1e-3 * aside]).is_ok());
+        }
+    }
+
+    #[test]
+    fn quad_of_the_measured_red_wall_is_off_its_plane_by_0_57_percent() {
+        let p = DVec3::new;
+        let wall = [p(552.8, 0., 0.), p(549.6, 0., 559.2), p(556., 548.8, 559.2), p(556., 548.8, 0.)];
+        let fault = quad(wall).unwrap_err();
+        assert!(fault.message.contains("0.57"), "{}", fault.message);
+        assert!(fault.help.is_some_and(|h| h.contains("two triangles")));
+    }
+
+    #[test]
+    fn disk_normal_of_any_length_becomes_unit() {
+        let Ok(Shape::Disk { normal, .. }) = disk(DVec3::ZERO, DVec3::new(0.0, 0.0, -1e-9), 1.0) else {
+            panic!("a disk");
+        };
+        assert!((normal - DVec3::NEG_Z).length() < 1e-15);
+    }
+}

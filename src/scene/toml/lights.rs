@@ -9,7 +9,7 @@ use super::faults::suggest;
 use super::materials::photometric;
 use super::raw::RawLight;
 use super::source::Source;
-use super::value::{MAX_LIGHT, Vector};
+use super::value::{MAX_LIGHT, Table, Vector};
 use crate::units::Rgb;
 
 /// Cone of a spot light whose angles are not given: those of glTF.
@@ -17,9 +17,9 @@ const DEFAULT_CONE_DEG: (f64, f64) = (0.0, 45.0);
 
 const KINDS: [&str; 3] = ["point", "spot", "directional"];
 
-pub(super) fn resolve(source: &Source<'_>, raw: Spanned<RawLight>) -> Result<Light, SceneError> {
+pub(super) fn resolve(source: &Source<'_>, raw: Spanned<Table<RawLight>>) -> Result<Light, SceneError> {
     let table = raw.span();
-    let raw = raw.into_inner();
+    let Table(raw) = raw.into_inner();
     let kind = raw.kind.get_ref().as_str();
     if !KINDS.contains(&kind) {
         let message = format!("light kind {kind:?}, expected one of {}", KINDS.join(", "));
@@ -120,4 +120,60 @@ fn cone(
     }
     let span = raw.outer_deg.as_ref().or(raw.inner_deg.as_ref()).map_or(table.clone(), Spanned::span);
     Err(source.fault(span, format!("outer_deg {outer} with inner_deg {inner}, expected outer over inner")))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::DVec3;
+
+    use super::super::parse;
+    use super::*;
+
+    fn light(keys: &str) -> Light {
+        let text = format!(
+            "version = 1\n[materials.m]\n[[surface]]\nname = \"s\"\nmaterial = \"m\"\n\
+             sphere = {{ center = [0, 0, 0], radius = 1 }}\n[[light]]\n{keys}\n"
+        );
+        let scene = parse(&text, Path::new("scene.toml")).unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        scene.lights[0]
+    }
+
+    #[test]
+    fn point_light_of_one_candela_lights_a_facing_plane_at_one_metre_with_one_lux() {
+        let Light::Point { intensity, .. } =
+            light("kind = \"point\"\nposition = [0, 0, 5]\nintensity_cd = 1.0\ncolor = [1, 0.8, 0.6]")
+        else {
+            panic!("a point light");
+        };
+        // E = I / r^2 with r = 1 m.
+        let lux = crate::units::Irradiance(intensity).illuminance_lx();
+        assert!((lux - 1.0).abs() < 1e-12, "{lux}");
+        assert!((intensity.0[0] / intensity.0[2] - 1.0 / 0.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn spot_light_has_a_unit_axis_and_the_cone_of_gltf_by_default() {
+        let spot =
+            light("kind = \"spot\"\nposition = [1, 2, 3]\ndirection = [0, 0, -5]\nintensity = [1, 2, 3]");
+        let expected = Light::Spot {
+            position: DVec3::new(1.0, 2.0, 3.0),
+            direction: DVec3::NEG_Z,
+            intensity: Rgb([1.0, 2.0, 3.0]),
+            inner_deg: 0.0,
+            outer_deg: 45.0,
+        };
+        assert_eq!(spot, expected);
+    }
+
+    #[test]
+    fn directional_light_has_a_unit_direction_and_its_irradiance() {
+        let sun = light("kind = \"directional\"\ndirection = [3, 0, -4]\nirradiance = 5.0");
+        let direction = DVec3::new(0.6, 0.0, -0.8);
+        let Light::Directional { direction: d, irradiance } = sun else { panic!("a directional light") };
+        assert!((d - direction).length() < 1e-15);
+        assert_eq!(irradiance, Rgb::splat(5.0));
+    }
 }

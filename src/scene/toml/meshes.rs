@@ -7,10 +7,11 @@ use toml::Spanned;
 use super::super::SceneError;
 use super::raw::RawMesh;
 use super::source::Source;
+use super::value::Table;
 
-pub(super) fn refuse(source: &Source<'_>, meshes: &[Spanned<RawMesh>]) -> Result<(), SceneError> {
+pub(super) fn refuse(source: &Source<'_>, meshes: &[Spanned<Table<RawMesh>>]) -> Result<(), SceneError> {
     let Some(mesh) = meshes.first() else { return Ok(()) };
-    let given = &mesh.get_ref().file;
+    let given = &mesh.get_ref().0.file;
     let fault = |message: String| Err(source.fault(given.span(), message));
     let file = given.get_ref();
     let folder = source.path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -3,15 +3,16 @@
 use super::super::{MAX_ELEMENTS, MeshTarget, Meshing, SceneError, Shape, Surface};
 use super::raw::RawMeshing;
 use super::source::Source;
+use super::value::Table;
 
 pub(super) fn resolve(
     source: &Source<'_>,
-    raw: Option<RawMeshing>,
+    raw: Option<Table<RawMeshing>>,
     surfaces: &[Surface],
     warnings: &mut Vec<String>,
 ) -> Result<Meshing, SceneError> {
     let mut meshing = Meshing::default();
-    let Some(raw) = raw else { return Ok(meshing) };
+    let Some(Table(raw)) = raw else { return Ok(meshing) };
     match (&raw.elements, &raw.max_element_m) {
         (Some(_), Some(h)) => {
             return Err(source.fault(h.span(), "max_element_m beside elements, expected one of them"));
@@ -51,4 +52,43 @@ fn n_elements(surface: &Surface, h: f64) -> f64 {
         _ => along(surface.shape.area_m2().sqrt()).powi(2),
     };
     if surface.two_sided { 2.0 * one_side } else { one_side }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::parse;
+    use super::*;
+
+    fn meshing(keys: &str) -> Result<(Meshing, Vec<String>), SceneError> {
+        let text = format!(
+            "version = 1\n[materials.m]\nemission = 1\n[[surface]]\nname = \"s\"\nmaterial = \"m\"\n\
+             quad = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]\n{keys}\n"
+        );
+        parse(&text, Path::new("scene.toml")).map(|s| (s.meshing, s.warnings))
+    }
+
+    #[test]
+    fn meshing_of_a_file_without_the_table_is_the_default() {
+        assert_eq!(meshing("").unwrap().0, Meshing::default());
+        assert_eq!(meshing("[meshing]").unwrap().0, Meshing::default());
+    }
+
+    #[test]
+    fn meshing_limit_is_accepted_and_one_more_refused() {
+        let (at_limit, _) = meshing(&format!("[meshing]\nelements = {MAX_ELEMENTS}")).unwrap();
+        assert_eq!(at_limit.target, MeshTarget::Elements(MAX_ELEMENTS));
+        assert!(meshing(&format!("[meshing]\nelements = {}", MAX_ELEMENTS + 1)).is_err());
+        // 2000 x 2000 elements are the limit, 2001 x 2001 are too many.
+        assert!(meshing("[meshing]\nmax_element_m = 0.001").is_ok());
+        assert!(meshing("[meshing]\nmax_element_m = 0.0009995").is_err());
+    }
+
+    #[test]
+    fn adaptive_meshing_is_accepted_with_a_warning_that_names_its_place() {
+        let (meshing, warnings) = meshing("[meshing]\nmax_element_m = 0.5\nadaptive = true").unwrap();
+        assert!(meshing.adaptive);
+        assert!(warnings.len() == 1 && warnings[0].starts_with("scene.toml:10:12: "), "{warnings:?}");
+    }
 }

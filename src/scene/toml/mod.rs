@@ -62,6 +62,9 @@ fn read_tables(source: &Source<'_>) -> Result<raw::RawScene, SceneError> {
             source.fault(0..0, "the file is empty, expected a scene: `version = 1`, materials, surfaces")
         );
     }
+    if let Some(at) = source.text.find('\0') {
+        return Err(source.fault(at..at + 1, "a zero byte, expected UTF-8 text"));
+    }
     let root = DeTable::parse(source.text).map_err(|e| faults::of_toml(source, &e))?;
     match root.get_ref().get("version") {
         None => return Err(source.fault(0..0, "missing key `version`, expected `version = 1`")),

@@ -11,7 +11,7 @@ use toml::Spanned;
 
 use super::super::MAX_ELEMENTS;
 use super::value::{
-    Amount, Color, FieldOfView, Fixed, HalfAngle, Length, Num, Refraction, Share, Vector, Whole,
+    Amount, Color, FieldOfView, Fixed, HalfAngle, Length, Num, Refraction, Share, Table, Vector, Whole,
 };
 
 /// The whole file.
@@ -21,16 +21,16 @@ pub(super) struct RawScene {
     /// Checked before all else: `toml/mod.rs`.
     #[serde(rename = "version")]
     pub(super) _version: IgnoredAny,
-    pub(super) camera: Option<Spanned<RawCamera>>,
+    pub(super) camera: Option<Spanned<Table<RawCamera>>>,
     #[serde(default)]
-    pub(super) materials: BTreeMap<Spanned<String>, RawMaterial>,
+    pub(super) materials: BTreeMap<Spanned<String>, Table<RawMaterial>>,
     #[serde(default)]
-    pub(super) surface: Vec<Spanned<RawSurface>>,
+    pub(super) surface: Vec<Spanned<Table<RawSurface>>>,
     #[serde(default)]
-    pub(super) mesh: Vec<Spanned<RawMesh>>,
+    pub(super) mesh: Vec<Spanned<Table<RawMesh>>>,
     #[serde(default)]
-    pub(super) light: Vec<Spanned<RawLight>>,
-    pub(super) meshing: Option<RawMeshing>,
+    pub(super) light: Vec<Spanned<Table<RawLight>>>,
+    pub(super) meshing: Option<Table<RawMeshing>>,
 }
 
 /// `[camera]`
@@ -67,9 +67,9 @@ pub(super) struct RawSurface {
     pub(super) material: Spanned<String>,
     pub(super) quad: Option<Spanned<Fixed<Vector, 4>>>,
     pub(super) triangle: Option<Spanned<Fixed<Vector, 3>>>,
-    pub(super) disk: Option<Spanned<RawDisk>>,
-    pub(super) sphere: Option<Spanned<RawSphere>>,
-    pub(super) cylinder: Option<Spanned<RawCylinder>>,
+    pub(super) disk: Option<Spanned<Table<RawDisk>>>,
+    pub(super) sphere: Option<Spanned<Table<RawSphere>>>,
+    pub(super) cylinder: Option<Spanned<Table<RawCylinder>>>,
     #[serde(default)]
     pub(super) two_sided: bool,
     pub(super) smooth_group: Option<Whole<0, { u32::MAX }>>,

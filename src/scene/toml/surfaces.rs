@@ -10,11 +10,11 @@ use super::geometry::{self, GeometryFault};
 use super::materials::Materials;
 use super::raw::RawSurface;
 use super::source::Source;
-use super::value::{MAX_LIGHT, Vector};
+use super::value::{MAX_LIGHT, Table, Vector};
 
 pub(super) fn resolve(
     source: &Source<'_>,
-    raw: Vec<Spanned<RawSurface>>,
+    raw: Vec<Spanned<Table<RawSurface>>>,
     materials: &Materials,
 ) -> Result<Vec<Surface>, SceneError> {
     if raw.is_empty() {
@@ -24,7 +24,7 @@ pub(super) fn resolve(
     let mut surfaces = Vec::with_capacity(raw.len());
     for raw in raw {
         let span = raw.span();
-        let raw = raw.into_inner();
+        let Table(raw) = raw.into_inner();
         let name = raw.name.get_ref();
         if name.is_empty() {
             return Err(source.fault(raw.name.span(), "an empty name, expected one that tells the surface"));
@@ -111,16 +111,16 @@ fn shape(source: &Source<'_>, table: std::ops::Range<usize>, raw: &RawSurface) -
         return geometry::triangle([p[0], p[1], p[2]]).map_err(place(triangle.span()));
     }
     if let Some(disk) = &raw.disk {
-        let d = disk.get_ref();
+        let Table(d) = disk.get_ref();
         return geometry::disk(d.center.to_dvec3(), d.normal.get_ref().to_dvec3(), d.radius.0)
             .map_err(place(d.normal.span()));
     }
     if let Some(sphere) = &raw.sphere {
-        let s = sphere.get_ref();
+        let Table(s) = sphere.get_ref();
         return geometry::sphere(s.center.to_dvec3(), s.radius.0, s.inward).map_err(place(sphere.span()));
     }
     if let Some(cylinder) = &raw.cylinder {
-        let c = cylinder.get_ref();
+        let Table(c) = cylinder.get_ref();
         return geometry::cylinder(c.base.to_dvec3(), c.top.get_ref().to_dvec3(), c.radius.0, c.inward)
             .map_err(place(c.top.span()));
     }

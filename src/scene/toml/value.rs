@@ -5,13 +5,15 @@
 //! TOML integer                   --> Whole<MIN, MAX>
 //! number | [number; 3]           --> Color<Kind>
 //! [T; N], neither more nor fewer --> Fixed<T, N>
+//! table, not array               --> Table<T>
 //! ```
 
 use std::fmt;
 use std::marker::PhantomData;
 
 use glam::DVec3;
-use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Unexpected, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 
 use crate::units::Rgb;
 
@@ -150,6 +152,28 @@ impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for FixedVisitor<T, 
 impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Fixed<T, N> {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         d.deserialize_any(FixedVisitor(PhantomData))
+    }
+}
+
+/// A table of keys. (serde's own structs are also read from arrays, their fields in order.)
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Table<T>(pub(super) T);
+
+struct TableVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for TableVisitor<T> {
+    type Value = Table<T>;
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table of keys")
+    }
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(map)).map(Table)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Table<T> {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        d.deserialize_any(TableVisitor(PhantomData))
     }
 }
 

@@ -1,0 +1,325 @@
+//! A cluster: one bundle generator, its modules (k CTUs, loader, ICU, reducer), one result merge, one memory.
+//!
+//! ```text
+//! commands --> generator ==> k x M CTUs ==> result merge --> entries
+//!                            loader, ICU, reducer per module; caches ==> cluster buffer --> DRAM
+//! ```
+//! Owns blocks and links as plain fields and wires them by split borrows. The parts tick in any order.
+
+use crate::board::Work;
+use crate::functional::CanonicalCounters;
+use crate::memory::{ClusterBuffer, ClusterBufferIo, DramPort, Line, ReadPort, Traffic};
+use crate::memory_image::MemoryImage;
+use crate::sim::{Account, Activity, BlockAccount, Cycle, Fifo, Wire};
+use crate::spec::BoardSpec;
+
+use super::{
+    BundleGenerator, BundleGeneratorIo, CellRequest, Ctu, CtuIo, HostPort, Icu, IcuIo, Job, ListDone, NewRay,
+    PatchLoader, PatchLoaderIo, RayResult, Reduced, Reducer, ReducerIo, ResultMerge, ResultMergeIo,
+    TestResult, TestToken,
+};
+
+/// A part of a cluster that ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Generator,
+    Ctu { module: u8, ctu: u8 },
+    Loader { module: u8 },
+    Icu { module: u8 },
+    Reducer { module: u8 },
+    Merge,
+    Buffer,
+}
+
+#[derive(Clone, Debug)]
+struct Module {
+    ctus: Vec<Ctu>,
+    loader: PatchLoader,
+    icu: Icu,
+    reducer: Reducer,
+    requests: Vec<Fifo<CellRequest>>,
+    tests: Fifo<TestToken>,
+    test_results: Fifo<TestResult>,
+    list_done: Vec<Wire<ListDone>>,
+    reduced: Vec<Wire<Reduced>>,
+}
+
+/// The cluster.
+#[derive(Clone, Debug)]
+pub struct Cluster {
+    generator: BundleGenerator,
+    modules: Vec<Module>,
+    merge: ResultMerge,
+    buffer: ClusterBuffer,
+    /// Links of CTU c of module m: index m k + c.
+    rays: Vec<Fifo<NewRay>>,
+    results: Vec<Fifo<RayResult>>,
+    started: Wire<(u8, Job)>,
+    /// The merge's taken slots at the start of the cycle.
+    taken_slots: u64,
+    n_slots: u32,
+    /// Links of the caches: 2 m the list cache of module m, 2 m + 1 its patch cache.
+    misses: Vec<Fifo<Line>>,
+    fills: Vec<Wire<Line>>,
+    order: Vec<(Part, Account)>,
+    ctus_per_icu: usize,
+}
+
+/// What surrounds a cluster in a cycle.
+#[derive(Debug)]
+pub struct ClusterIo<'a> {
+    /// What the command's jobs hold.
+    pub work: Work<'a>,
+    /// The command asks for any hit only.
+    pub any_hit: bool,
+    /// The patch memory.
+    pub image: &'a MemoryImage,
+    /// To and from the host.
+    pub host: &'a mut HostPort,
+    /// To and from the DRAM.
+    pub dram: &'a mut DramPort,
+    /// Canonical counts.
+    pub counters: &'a mut CanonicalCounters,
+}
+
+/// A valid/ready link with its 2-entry skid buffer.
+const LINK_ENTRIES: u32 = 2;
+
+impl Cluster {
+    /// An empty cluster of a validated specification.
+    pub fn new(spec: &BoardSpec) -> Self {
+        let (modules, k, contexts) = (spec.clusters.modules, spec.clusters.ctus_per_icu, spec.ctu.contexts);
+        let caches = spec.effective_cache_bytes();
+        let mut order = vec![Part::Generator, Part::Merge, Part::Buffer];
+        for module in 0..modules as u8 {
+            order.extend((0..k as u8).map(|ctu| Part::Ctu { module, ctu }));
+            order.extend([Part::Loader { module }, Part::Icu { module }, Part::Reducer { module }]);
+        }
+        let module = || Module {
+            ctus: (0..k).map(|id| Ctu::new(&spec.ctu, id as u8)).collect(),
+            loader: PatchLoader::new(
+                spec.loader.slots,
+                k,
+                contexts,
+                ReadPort::new(caches.list, spec.list_cache.ways, spec.list_cache.miss_registers),
+                ReadPort::new(caches.patch, spec.patch_cache.ways, spec.patch_cache.miss_registers),
+            ),
+            icu: Icu::new(&spec.icu),
+            reducer: Reducer::new(k, contexts),
+            requests: vec![Fifo::new(spec.fifos.ctu_icu); k as usize],
+            tests: Fifo::new(LINK_ENTRIES),
+            test_results: Fifo::new(spec.fifos.icu_reducer),
+            list_done: vec![Wire::new(); k as usize],
+            reduced: vec![Wire::new(); k as usize],
+        };
+        Cluster {
+            generator: BundleGenerator::default(),
+            modules: (0..modules).map(|_| module()).collect(),
+            merge: ResultMerge::new(spec.clusters.bundle_slots),
+            buffer: ClusterBuffer::new(
+                caches.buffer,
+                spec.cluster_buffer.ways,
+                spec.cluster_buffer.cycles,
+                spec.cluster_buffer.miss_registers,
+            ),
+            rays: vec![Fifo::new(LINK_ENTRIES); (modules * k) as usize],
+            results: vec![Fifo::new(LINK_ENTRIES); (modules * k) as usize],
+            started: Wire::new(),
+            taken_slots: 0,
+            n_slots: spec.clusters.bundle_slots,
+            misses: vec![Fifo::new(LINK_ENTRIES); 2 * modules as usize],
+            fills: vec![Wire::new(); 2 * modules as usize],
+            order: order.into_iter().map(|part| (part, Account::default())).collect(),
+            ctus_per_icu: k as usize,
+        }
+    }
+
+    /// One cycle of every part; true when any of them worked.
+    #[inline]
+    pub fn tick(&mut self, mut io: ClusterIo<'_>) -> bool {
+        let assigned = self.taken_slots != 0 || !io.host.commands.is_empty() || !self.generator.is_quiet();
+        let mut order = std::mem::take(&mut self.order);
+        let mut worked = false;
+        for (part, account) in &mut order {
+            let activity = self.tick_part(*part, &mut io);
+            worked |= activity == Activity::Work;
+            account.record(activity, assigned);
+        }
+        self.order = order;
+        worked
+    }
+
+    #[inline]
+    fn tick_part(&mut self, part: Part, io: &mut ClusterIo<'_>) -> Activity {
+        match part {
+            Part::Generator => self.generator.tick(BundleGeneratorIo {
+                work: io.work,
+                formats: &io.image.formats,
+                commands: &mut io.host.commands,
+                taken_slots: self.taken_slots,
+                n_slots: self.n_slots,
+                started: &mut self.started,
+                rays: &mut self.rays,
+            }),
+            Part::Ctu { module, ctu } => {
+                let (m, ctu) = (usize::from(module), usize::from(ctu));
+                let (link, module) = (m * self.ctus_per_icu + ctu, &mut self.modules[m]);
+                module.ctus[ctu].tick(CtuIo {
+                    image: io.image,
+                    any_hit: io.any_hit,
+                    rays: &mut self.rays[link],
+                    requests: &mut module.requests[ctu],
+                    results: &mut self.results[link],
+                    list_done: &module.list_done[ctu],
+                    reduced: &module.reduced[ctu],
+                    counters: io.counters,
+                })
+            }
+            Part::Loader { module } => {
+                let m = usize::from(module);
+                let module = &mut self.modules[m];
+                let [list_misses, patch_misses] = &mut self.misses[2 * m..2 * m + 2] else {
+                    unreachable!("two caches a module")
+                };
+                module.loader.tick(PatchLoaderIo {
+                    image: io.image,
+                    requests: &mut module.requests,
+                    tests: &mut module.tests,
+                    list_done: &mut module.list_done,
+                    list_misses,
+                    list_fill: &self.fills[2 * m],
+                    patch_misses,
+                    patch_fill: &self.fills[2 * m + 1],
+                    counters: io.counters,
+                })
+            }
+            Part::Icu { module } => {
+                let module = &mut self.modules[usize::from(module)];
+                module.icu.tick(IcuIo {
+                    image: io.image,
+                    ctus: &module.ctus,
+                    tests: &mut module.tests,
+                    results: &mut module.test_results,
+                    counters: io.counters,
+                })
+            }
+            Part::Reducer { module } => {
+                let module = &mut self.modules[usize::from(module)];
+                module
+                    .reducer
+                    .tick(ReducerIo { results: &mut module.test_results, reduced: &mut module.reduced })
+            }
+            Part::Merge => self.merge.tick(ResultMergeIo {
+                any_hit: io.any_hit,
+                started: &self.started,
+                results: &mut self.results,
+                entries: &mut io.host.entries,
+                counters: io.counters,
+            }),
+            Part::Buffer => self.buffer.tick(ClusterBufferIo {
+                requests: &mut self.misses,
+                fills: &mut self.fills,
+                dram_request: &mut io.dram.requests,
+                dram_response: &mut io.dram.responses,
+            }),
+        }
+    }
+
+    /// The clock edge at the end of cycle `now`.
+    #[inline]
+    pub fn commit(&mut self, now: Cycle) {
+        self.taken_slots = self.merge.taken_slots();
+        self.started.commit();
+        self.rays.iter_mut().for_each(|f| f.commit(now));
+        self.results.iter_mut().for_each(|f| f.commit(now));
+        self.misses.iter_mut().for_each(|f| f.commit(now));
+        self.fills.iter_mut().for_each(Wire::commit);
+        for module in &mut self.modules {
+            module.requests.iter_mut().for_each(|f| f.commit(now));
+            module.tests.commit(now);
+            module.test_results.commit(now);
+            module.list_done.iter_mut().for_each(Wire::commit);
+            module.reduced.iter_mut().for_each(Wire::commit);
+        }
+    }
+
+    /// True when no token, line or message is anywhere in the cluster.
+    pub fn is_quiet(&self) -> bool {
+        let modules = self.modules.iter().all(|m| {
+            m.ctus.iter().all(Ctu::is_quiet)
+                && m.loader.is_quiet()
+                && m.icu.is_quiet()
+                && m.requests.iter().all(Fifo::is_empty)
+                && m.tests.is_empty()
+                && m.test_results.is_empty()
+                && m.list_done.iter().all(Wire::is_empty)
+                && m.reduced.iter().all(Wire::is_empty)
+        });
+        modules
+            && self.generator.is_quiet()
+            && self.merge.is_quiet()
+            && self.buffer.is_quiet()
+            && self.started.is_empty()
+            && self.rays.iter().all(Fifo::is_empty)
+            && self.results.iter().all(Fifo::is_empty)
+            && self.misses.iter().all(Fifo::is_empty)
+            && self.fills.iter().all(Wire::is_empty)
+    }
+
+    /// Every part's account.
+    pub fn accounts(&mut self) -> impl Iterator<Item = &mut Account> {
+        self.order.iter_mut().map(|(_, account)| account)
+    }
+
+    /// The named accounts of every part, in the order of the data flow.
+    pub fn block_accounts(&self, cluster: usize) -> Vec<BlockAccount> {
+        let mut parts: Vec<_> =
+            self.order.iter().map(|(part, account)| (part.name(cluster), account)).collect();
+        parts.sort_by(|a, b| a.0.cmp(&b.0));
+        parts.into_iter().map(|(name, account)| account.named(name)).collect()
+    }
+
+    /// Each part's last cause, for the watchdog's message.
+    pub(crate) fn last_causes(&self, cluster: usize) -> impl Iterator<Item = String> {
+        self.order.iter().map(move |(part, account)| {
+            let cause = account.last().map_or("never ticked", |cause| cause.name());
+            format!("{} {cause}", part.name(cluster))
+        })
+    }
+
+    /// Traffic of the list caches, patch caches and the cluster buffer.
+    pub fn traffic(&self) -> [Traffic; 3] {
+        let mut sum = [Traffic::default(), Traffic::default(), self.buffer.traffic()];
+        for module in &self.modules {
+            for (level, traffic) in module.loader.traffic().into_iter().enumerate() {
+                sum[level].accesses += traffic.accesses;
+                sum[level].misses += traffic.misses;
+            }
+        }
+        sum
+    }
+
+    /// Reorders the parts for the test that the order of ticks changes nothing.
+    #[cfg(test)]
+    pub(crate) fn permute(&mut self, seed: u64) {
+        let mut state = seed;
+        for i in (1..self.order.len()).rev() {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            self.order.swap(i, (state >> 33) as usize % (i + 1));
+        }
+    }
+}
+
+impl Part {
+    fn name(self, cluster: usize) -> String {
+        match self {
+            Part::Generator => format!("cluster{cluster}.bundle_generator"),
+            Part::Ctu { module, ctu } => format!("cluster{cluster}.module{module}.ctu{ctu}"),
+            Part::Loader { module } => format!("cluster{cluster}.module{module}.patch_loader"),
+            Part::Icu { module } => format!("cluster{cluster}.module{module}.icu"),
+            Part::Reducer { module } => format!("cluster{cluster}.module{module}.reducer"),
+            Part::Merge => format!("cluster{cluster}.result_merge"),
+            Part::Buffer => format!("cluster{cluster}.cluster_buffer"),
+        }
+    }
+}

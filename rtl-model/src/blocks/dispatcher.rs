@@ -1,0 +1,98 @@
+//! Dispatcher: decides which cluster gets which bundle, and has the DMA fetch it.
+//!
+//! ```text
+//! jobs of the command --static: a range per cluster | ideal: first cluster with room--> FetchRequest --> host link
+//! ```
+//! A cluster's room is counted by credits: fetches asked for less descriptors taken by its bundle generator, so the
+//! bus never carries what has no place. One request a cycle. Stalls: host link's queue full (output full).
+//! Source: static partition (1991 board paper; here of equal bundle counts). Not modelled yet: low-resolution
+//! estimate, pseudo-dynamic rebalance.
+
+use std::ops::Range;
+
+use crate::sim::{Activity, Cause, Fifo};
+use crate::spec::Scheduling;
+
+use super::{HostPort, Job};
+
+/// One descriptor to fetch for one cluster.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FetchRequest {
+    /// For whom.
+    pub cluster: u32,
+    /// What.
+    pub job: Job,
+}
+
+/// The block.
+#[derive(Clone, Debug)]
+pub struct Dispatcher {
+    scheduling: Scheduling,
+    /// Jobs not yet asked for: one range per cluster (static), or the first for all (ideal).
+    ranges: Vec<Range<usize>>,
+    /// Fetches ever asked for, per cluster.
+    issued: Vec<u64>,
+    turn: usize,
+}
+
+/// The ports of a cycle.
+#[derive(Debug)]
+pub struct DispatcherIo<'a> {
+    /// The command's jobs, in the host's memory.
+    pub jobs: &'a [Job],
+    /// The clusters' command FIFOs.
+    pub clusters: &'a [HostPort],
+    /// To the host link.
+    pub fetches: &'a mut Fifo<FetchRequest>,
+}
+
+impl Dispatcher {
+    /// For `n_clusters` clusters.
+    pub fn new(scheduling: Scheduling, n_clusters: u32) -> Self {
+        let n = n_clusters as usize;
+        Dispatcher { scheduling, ranges: vec![0..0; n], issued: vec![0; n], turn: 0 }
+    }
+
+    /// Takes a command of `n_jobs` jobs.
+    pub fn start(&mut self, n_jobs: usize) {
+        let n = self.ranges.len();
+        for (c, range) in self.ranges.iter_mut().enumerate() {
+            *range = match self.scheduling {
+                Scheduling::Static => c * n_jobs / n..(c + 1) * n_jobs / n,
+                Scheduling::Ideal => 0..if c == 0 { n_jobs } else { 0 },
+            };
+        }
+    }
+
+    /// True when every job has been asked for.
+    pub fn is_quiet(&self) -> bool {
+        self.ranges.iter().all(Range::is_empty)
+    }
+
+    /// One cycle.
+    #[inline]
+    pub fn tick(&mut self, io: DispatcherIo<'_>) -> Activity {
+        if self.is_quiet() {
+            return Activity::Idle;
+        }
+        if !io.fetches.can_push() {
+            return Activity::Stall(Cause::OutputFull);
+        }
+        let n = self.ranges.len();
+        for k in 0..n {
+            let c = (self.turn + k) % n;
+            let commands = &io.clusters[c].commands;
+            let taken = commands.pushes() - u64::from(commands.len());
+            if self.issued[c] - taken >= u64::from(commands.depth()) {
+                continue;
+            }
+            let source = if self.scheduling == Scheduling::Ideal { 0 } else { c };
+            let Some(job) = self.ranges[source].next() else { continue };
+            io.fetches.push(FetchRequest { cluster: c as u32, job: io.jobs[job] });
+            self.issued[c] += 1;
+            self.turn = c + 1;
+            return Activity::Work;
+        }
+        Activity::Stall(Cause::Resource)
+    }
+}

@@ -1,0 +1,244 @@
+//! Host bus and DMA: descriptors down, results up, one burst at a time.
+//!
+//! ```text
+//! FetchRequest --> [ set-up, arbitration, beats ] --Job--> command FIFO of the cluster
+//! result FIFOs --> [          arbitration, beats ] --------> host memory
+//! ```
+//! A burst moves at most `burst_bytes` after `arbitration_cycles` of the bus; a beat moves one bus word. An upward
+//! burst starts when a cluster has a full one, a bundle's last entry, or a full FIFO; down and up alternate when both
+//! wait. The bus clock runs beside the board clock by an exact integer accumulator. A test-bench model, not RTL.
+//! Timing is ASSUMED (SBus of a workstation of the time). Not modelled: other masters on the bus.
+
+use crate::sim::{Activity, Cause, Fifo, next_set_bit};
+use crate::spec::BoardSpec;
+
+use super::dispatcher::FetchRequest;
+use super::{Job, ResultEntry};
+
+/// A cluster's side of the host link.
+#[derive(Clone, Debug)]
+pub struct HostPort {
+    /// Descriptors, to the cluster's bundle generator.
+    pub commands: Fifo<Job>,
+    /// Results, from the cluster's result merge.
+    pub entries: Fifo<ResultEntry>,
+    /// Entries that end a bundle, ever taken from `entries`.
+    lasts_taken: u64,
+    /// Entries that end a bundle, ever put into `entries`; kept by the commit of the port.
+    lasts_put: u64,
+}
+
+impl HostPort {
+    /// Empty queues of these depths.
+    pub fn new(commands: u32, entries: u32) -> Self {
+        HostPort { commands: Fifo::new(commands), entries: Fifo::new(entries), lasts_taken: 0, lasts_put: 0 }
+    }
+
+    /// The clock edge.
+    #[inline]
+    pub fn commit(&mut self, now: crate::sim::Cycle) {
+        self.commands.commit(now);
+        self.lasts_put += u64::from(self.entries.staged().is_some_and(ResultEntry::is_last));
+        self.entries.commit(now);
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Transfer {
+    Down { request: FetchRequest, bytes_left: u32, burst_left: u32 },
+    Up { cluster: usize, entries_left: u32, entry: ResultEntry, beats_left: u32 },
+}
+
+/// The block.
+#[derive(Clone, Debug)]
+pub struct HostLink {
+    word_bytes: u32,
+    burst_bytes: u32,
+    arbitration_cycles: u32,
+    setup_cycles: u64,
+    board_hz: u64,
+    bus_hz: u64,
+    phase_hz: u64,
+    setup_left: u64,
+    arbitration_left: u32,
+    transfer: Option<Transfer>,
+    last_was_up: bool,
+    turn: u32,
+    entry_bytes: u32,
+    down_bytes: u64,
+    up_bytes: u64,
+}
+
+/// The ports of a cycle.
+#[derive(Debug)]
+pub struct HostLinkIo<'a> {
+    /// Descriptors to fetch.
+    pub fetches: &'a mut Fifo<FetchRequest>,
+    /// The clusters.
+    pub clusters: &'a mut [HostPort],
+    /// Host memory: results in order of arrival.
+    pub delivered: &'a mut Vec<ResultEntry>,
+}
+
+impl HostLink {
+    /// An idle link.
+    pub fn new(spec: &BoardSpec) -> Self {
+        let hz = |mhz: f64| (mhz * 1e6).round() as u64;
+        HostLink {
+            word_bytes: spec.bus.width_bits / 8,
+            burst_bytes: spec.bus.burst_bytes,
+            arbitration_cycles: spec.bus.arbitration_cycles,
+            setup_cycles: spec.bus.dma_setup_cycles,
+            board_hz: hz(spec.clock_mhz),
+            bus_hz: hz(spec.bus.clock_mhz),
+            phase_hz: 0,
+            setup_left: 0,
+            arbitration_left: 0,
+            transfer: None,
+            last_was_up: false,
+            turn: 0,
+            entry_bytes: 8,
+            down_bytes: 0,
+            up_bytes: 0,
+        }
+    }
+
+    /// Takes a command whose result entries have `entry_bytes` bytes each.
+    pub fn start(&mut self, entry_bytes: u32) {
+        self.setup_left = self.setup_cycles;
+        self.entry_bytes = entry_bytes;
+    }
+
+    /// True when nothing is being moved.
+    pub fn is_quiet(&self) -> bool {
+        self.transfer.is_none() && self.setup_left == 0
+    }
+
+    /// Bytes moved down and up so far.
+    pub fn bytes(&self) -> [u64; 2] {
+        [self.down_bytes, self.up_bytes]
+    }
+
+    /// One board cycle.
+    #[inline]
+    pub fn tick(&mut self, mut io: HostLinkIo<'_>) -> Activity {
+        if self.setup_left > 0 {
+            self.setup_left -= 1;
+            return Activity::Stall(Cause::Bus);
+        }
+        let mut activity = Activity::Idle;
+        self.phase_hz += self.bus_hz;
+        while self.phase_hz >= self.board_hz {
+            self.phase_hz -= self.board_hz;
+            match self.bus_cycle(&mut io) {
+                Activity::Idle => {}
+                Activity::Work => activity = Activity::Work,
+                stall if activity == Activity::Idle => activity = stall,
+                _ => {}
+            }
+        }
+        if activity == Activity::Idle && self.transfer.is_some() {
+            return Activity::Stall(Cause::Bus);
+        }
+        activity
+    }
+
+    fn bus_cycle(&mut self, io: &mut HostLinkIo<'_>) -> Activity {
+        if self.transfer.is_none() {
+            self.grant(io);
+            if self.transfer.is_none() {
+                return Activity::Idle;
+            }
+        }
+        if self.arbitration_left > 0 {
+            self.arbitration_left -= 1;
+            return Activity::Stall(Cause::Bus);
+        }
+        self.beat(io);
+        Activity::Work
+    }
+
+    /// Starts a burst.
+    fn grant(&mut self, io: &mut HostLinkIo<'_>) {
+        let burst_entries = (self.burst_bytes / self.entry_bytes).max(1);
+        let mut sending = 0u64;
+        for (c, port) in io.clusters.iter().enumerate() {
+            let len = port.entries.len();
+            let flush = port.lasts_put > port.lasts_taken || len == port.entries.depth();
+            sending |=
+                u64::from(len > 0 && port.entries.front().is_some() && (flush || len >= burst_entries)) << c;
+        }
+        let up = next_set_bit(sending, self.turn);
+        let down = io.fetches.front().is_some();
+        match up {
+            Some(cluster) if !(down && self.last_was_up) => {
+                self.turn = cluster + 1;
+                let cluster = cluster as usize;
+                let entries_left = burst_entries.min(io.clusters[cluster].entries.len());
+                let Some(entry) = self.take_entry(&mut io.clusters[cluster]) else { return };
+                let beats_left = self.beats_per_entry();
+                self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
+                self.last_was_up = true;
+            }
+            _ => {
+                let Some(request) = io.fetches.pop() else { return };
+                let bytes_left = request.job.bytes;
+                self.transfer = Some(Transfer::Down { request, bytes_left, burst_left: self.burst_bytes });
+                self.last_was_up = false;
+            }
+        }
+        self.arbitration_left = self.arbitration_cycles;
+    }
+
+    fn beats_per_entry(&self) -> u32 {
+        self.entry_bytes.div_ceil(self.word_bytes)
+    }
+
+    fn take_entry(&self, port: &mut HostPort) -> Option<ResultEntry> {
+        let entry = port.entries.pop()?;
+        port.lasts_taken += u64::from(entry.is_last());
+        Some(entry)
+    }
+
+    /// Moves one bus word.
+    fn beat(&mut self, io: &mut HostLinkIo<'_>) {
+        match self.transfer.take() {
+            None => {}
+            Some(Transfer::Down { request, bytes_left, burst_left }) => {
+                let moved = self.word_bytes.min(bytes_left);
+                self.down_bytes += u64::from(moved);
+                let (bytes_left, burst_left) = (bytes_left - moved, burst_left - self.word_bytes);
+                if bytes_left == 0 {
+                    io.clusters[request.cluster as usize].commands.push(request.job);
+                    return;
+                }
+                let burst_left = if burst_left == 0 {
+                    self.arbitration_left = self.arbitration_cycles;
+                    self.burst_bytes
+                } else {
+                    burst_left
+                };
+                self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
+            }
+            Some(Transfer::Up { cluster, entries_left, entry, beats_left }) => {
+                if beats_left > 1 {
+                    self.transfer =
+                        Some(Transfer::Up { cluster, entries_left, entry, beats_left: beats_left - 1 });
+                    return;
+                }
+                self.up_bytes += u64::from(self.entry_bytes);
+                io.delivered.push(entry);
+                if entries_left > 1
+                    && let Some(entry) = self.take_entry(&mut io.clusters[cluster])
+                {
+                    self.transfer = Some(Transfer::Up {
+                        cluster,
+                        entries_left: entries_left - 1,
+                        entry,
+                        beats_left: self.beats_per_entry(),
+                    });
+                }
+            }
+        }
+    }
+}

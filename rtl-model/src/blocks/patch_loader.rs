@@ -1,0 +1,364 @@
+//! Patch loader: turns (cell, ray) into (patch, ray) tokens, each patch record fetched along.
+//!
+//! ```text
+//! cell requests (a FIFO per CTU) --> [ list slots ] --list port--> header, list lines      (list cache)
+//!                                        |---------patch port--> patch record --> TestToken (patch cache)
+//!                                        `--list done--> CTU
+//! ```
+//! A slot: free -> header -> list line -> filter <-> patch -> done -> free; header, line and patch may wait for a
+//! line. Each cycle: one request taken, one list look-up, one patch look-up, and in every slot one list entry
+//! compared with the ray's mailbox (the last 8 tested ids: tested ones are dropped).
+//! Timing: header, line, first entry, first token: one cycle each when the caches hit.
+//! Stalls: ICU link full (output full), no miss register free (resource), lines not here yet (cache miss).
+//! Source: patch loading by cell lists (1990 board paper); slots and mailboxes ASSUMED (mailbox: Amanatides, Woo 1987).
+
+use crate::datapath::cell_step::Cell;
+use crate::datapath::mailbox::Mailbox;
+use crate::functional::CanonicalCounters;
+use crate::memory::{LINE_WORDS, Line, Lookup, ReadPort, Traffic};
+use crate::memory_image::MemoryImage;
+use crate::sim::{Activity, Cause, Fifo, Wire, next_set_bit};
+
+use super::{CellRequest, ContextId, ListDone, TestToken};
+
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    context: ContextId,
+    cell: Cell,
+    /// Word address of the next list entry.
+    address: u32,
+    /// Entries left in the list.
+    remaining: u32,
+    /// Entries left in the line at hand.
+    in_line: u32,
+    /// The entry at hand.
+    patch: u32,
+    /// Tests sent for this cell.
+    tests: u32,
+    /// The line it waits for.
+    awaited: Line,
+}
+
+/// Slots by state, a bit each.
+#[derive(Clone, Copy, Debug, Default)]
+struct States {
+    free: u64,
+    /// Wants its cell's header.
+    header: u64,
+    /// Wants a line of its list.
+    list: u64,
+    header_waits: u64,
+    list_waits: u64,
+    /// Has list entries at hand.
+    filter: u64,
+    /// Has an untested entry and wants its record.
+    patch: u64,
+    patch_waits: u64,
+    /// Has the record in its line register.
+    patch_here: u64,
+    done: u64,
+}
+
+/// The block.
+#[derive(Clone, Debug)]
+pub struct PatchLoader {
+    slots: Vec<Slot>,
+    states: States,
+    mailboxes: Vec<Mailbox>,
+    /// True when the context's ray was tested at least once.
+    tested: Vec<bool>,
+    contexts_per_ctu: usize,
+    list_port: ReadPort,
+    patch_port: ReadPort,
+    take_turn: u32,
+    list_turn: u32,
+    patch_turn: u32,
+    done_turn: u32,
+}
+
+/// The ports of a cycle.
+#[derive(Debug)]
+pub struct PatchLoaderIo<'a> {
+    /// The patch memory's bits.
+    pub image: &'a MemoryImage,
+    /// From the CTUs of the module.
+    pub requests: &'a mut [Fifo<CellRequest>],
+    /// To the ICU.
+    pub tests: &'a mut Fifo<TestToken>,
+    /// To the CTUs.
+    pub list_done: &'a mut [Wire<ListDone>],
+    /// Lines wanted by the list cache.
+    pub list_misses: &'a mut Fifo<Line>,
+    /// Lines for the list cache.
+    pub list_fill: &'a Wire<Line>,
+    /// Lines wanted by the patch cache.
+    pub patch_misses: &'a mut Fifo<Line>,
+    /// Lines for the patch cache.
+    pub patch_fill: &'a Wire<Line>,
+    /// Canonical counts.
+    pub counters: &'a mut CanonicalCounters,
+}
+
+impl PatchLoader {
+    /// An empty loader with `n_slots` list slots for `n_ctus` CTUs of `contexts` contexts each.
+    pub fn new(n_slots: u32, n_ctus: u32, contexts: u32, list_port: ReadPort, patch_port: ReadPort) -> Self {
+        let slot = Slot {
+            context: ContextId::default(),
+            cell: Cell([0; 3]),
+            address: 0,
+            remaining: 0,
+            in_line: 0,
+            patch: 0,
+            tests: 0,
+            awaited: Line(0),
+        };
+        PatchLoader {
+            slots: vec![slot; n_slots as usize],
+            states: States { free: u64::MAX >> (64 - n_slots), ..States::default() },
+            mailboxes: vec![Mailbox::default(); (n_ctus * contexts) as usize],
+            tested: vec![false; (n_ctus * contexts) as usize],
+            contexts_per_ctu: contexts as usize,
+            list_port,
+            patch_port,
+            take_turn: 0,
+            list_turn: 0,
+            patch_turn: 0,
+            done_turn: 0,
+        }
+    }
+
+    /// Traffic of the list cache and of the patch cache.
+    pub fn traffic(&self) -> [Traffic; 2] {
+        [self.list_port.traffic(), self.patch_port.traffic()]
+    }
+
+    /// True when no list is being worked on and no line is on its way.
+    pub fn is_quiet(&self) -> bool {
+        self.states.free.count_ones() as usize == self.slots.len()
+            && self.list_port.is_quiet()
+            && self.patch_port.is_quiet()
+    }
+
+    /// One cycle.
+    #[inline]
+    pub fn tick(&mut self, mut io: PatchLoaderIo<'_>) -> Activity {
+        let quiet = self.states.free.count_ones() as usize == self.slots.len();
+        if quiet && io.requests.iter().all(|r| r.front().is_none()) {
+            // Lines asked for by slots are always awaited by them, so no fill can be on its way here.
+            return Activity::Idle;
+        }
+        self.take_fills(&io);
+        // Every step acts on the states at the start of the cycle: a slot moves by one state a cycle.
+        let start = self.states;
+        let finished = self.finish(start.done, &mut io);
+        let (sent, port) = self.send_test(start, &mut io);
+        let filtered = self.filter(start.filter, io.image, io.counters);
+        let listed = self.read_list(start, &mut io);
+        let taken = self.take_request(io.requests);
+        if finished || sent || filtered || listed == Some(true) || taken {
+            return Activity::Work;
+        }
+        match port {
+            PatchPort::OutputFull => Activity::Stall(Cause::OutputFull),
+            PatchPort::Refused => Activity::Stall(Cause::Resource),
+            PatchPort::Nothing if listed == Some(false) => Activity::Stall(Cause::Resource),
+            PatchPort::Nothing | PatchPort::Looked => Activity::Stall(Cause::CacheMiss),
+        }
+    }
+
+    fn take_fills(&mut self, io: &PatchLoaderIo<'_>) {
+        if let Some(line) = self.list_port.fill(io.list_fill) {
+            for_each_bit(self.states.header_waits, |i| {
+                if self.slots[i].awaited == line {
+                    self.states.header_waits &= !(1 << i);
+                    read_header(&mut self.slots[i], io.image);
+                    self.states.list |= 1 << i;
+                }
+            });
+            for_each_bit(self.states.list_waits, |i| {
+                if self.slots[i].awaited == line {
+                    self.states.list_waits &= !(1 << i);
+                    read_line(&mut self.slots[i]);
+                    self.states.filter |= 1 << i;
+                }
+            });
+        }
+        if let Some(line) = self.patch_port.fill(io.patch_fill) {
+            for_each_bit(self.states.patch_waits, |i| {
+                if self.slots[i].awaited == line {
+                    self.states.patch_waits &= !(1 << i);
+                    self.states.patch_here |= 1 << i;
+                }
+            });
+        }
+    }
+
+    /// Tells one CTU that a list is through.
+    fn finish(&mut self, done: u64, io: &mut PatchLoaderIo<'_>) -> bool {
+        let Some(i) = next_set_bit(done, self.done_turn) else { return false };
+        self.done_turn = i + 1;
+        self.states.done &= !(1 << i);
+        self.states.free |= 1 << i;
+        let slot = &self.slots[i as usize];
+        io.list_done[usize::from(slot.context.ctu)]
+            .set(ListDone { context: slot.context.context, tests: slot.tests });
+        true
+    }
+
+    /// The patch port: one look-up or one record from a line register, then one token.
+    fn send_test(&mut self, start: States, io: &mut PatchLoaderIo<'_>) -> (bool, PatchPort) {
+        if start.patch_here | start.patch == 0 {
+            return (false, PatchPort::Nothing);
+        }
+        if !io.tests.can_push() {
+            return (false, PatchPort::OutputFull);
+        }
+        // Records at hand first: they hold what others may wait for.
+        let here = next_set_bit(start.patch_here, self.patch_turn);
+        let Some(i) = here.or_else(|| next_set_bit(start.patch, self.patch_turn)) else {
+            return (false, PatchPort::Nothing);
+        };
+        self.patch_turn = i + 1;
+        let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
+        if here.is_none() {
+            let line = Line::of_word(io.image.patch_address(slot.patch));
+            match self.patch_port.read(line, io.patch_misses) {
+                Lookup::Hit => {}
+                Lookup::Waits => {
+                    slot.awaited = line;
+                    self.states.patch &= !bit;
+                    self.states.patch_waits |= bit;
+                    return (false, PatchPort::Looked);
+                }
+                Lookup::Refused => return (false, PatchPort::Refused),
+            }
+        }
+        self.states.patch &= !bit;
+        self.states.patch_here &= !bit;
+        let mailbox =
+            usize::from(slot.context.ctu) * self.contexts_per_ctu + usize::from(slot.context.context);
+        self.mailboxes[mailbox].push(slot.patch);
+        let fresh = !std::mem::replace(&mut self.tested[mailbox], true);
+        io.tests.push(TestToken { context: slot.context, patch: slot.patch, fresh });
+        slot.tests += 1;
+        self.next_entry(i);
+        (true, PatchPort::Looked)
+    }
+
+    /// In every slot with entries at hand, compares one with the mailbox.
+    fn filter(&mut self, filtering: u64, image: &MemoryImage, counters: &mut CanonicalCounters) -> bool {
+        for_each_bit(filtering, |i| {
+            let slot = &mut self.slots[i];
+            slot.patch = image.list_entry(slot.address);
+            slot.address += 1;
+            slot.remaining -= 1;
+            slot.in_line -= 1;
+            counters.list_entries += 1;
+            let mailbox =
+                usize::from(slot.context.ctu) * self.contexts_per_ctu + usize::from(slot.context.context);
+            self.states.filter &= !(1 << i);
+            if self.mailboxes[mailbox].contains(slot.patch) {
+                self.next_entry(i as u32);
+            } else {
+                self.states.patch |= 1 << i;
+            }
+        });
+        filtering != 0
+    }
+
+    /// After an entry: the next one, the next line, or done.
+    fn next_entry(&mut self, i: u32) {
+        let slot = &self.slots[i as usize];
+        let state = if slot.remaining == 0 {
+            &mut self.states.done
+        } else if slot.in_line == 0 {
+            &mut self.states.list
+        } else {
+            &mut self.states.filter
+        };
+        *state |= 1 << i;
+    }
+
+    /// The list port: one look-up of a header or of a list line. `Some(false)`: refused.
+    fn read_list(&mut self, start: States, io: &mut PatchLoaderIo<'_>) -> Option<bool> {
+        let i = next_set_bit(start.header | start.list, self.list_turn)?;
+        self.list_turn = i + 1;
+        let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
+        let is_header = start.header & bit != 0;
+        let address = if is_header { io.image.header_address(slot.cell) } else { slot.address };
+        let line = Line::of_word(address);
+        let lookup = self.list_port.read(line, io.list_misses);
+        if lookup == Lookup::Refused {
+            return Some(false);
+        }
+        slot.awaited = line;
+        let waits = lookup == Lookup::Waits;
+        if is_header {
+            self.states.header &= !bit;
+            if waits {
+                self.states.header_waits |= bit;
+            } else {
+                read_header(slot, io.image);
+                self.states.list |= bit;
+            }
+        } else {
+            self.states.list &= !bit;
+            if waits {
+                self.states.list_waits |= bit;
+            } else {
+                read_line(slot);
+                self.states.filter |= bit;
+            }
+        }
+        Some(true)
+    }
+
+    /// Takes one cell request into a free slot.
+    fn take_request(&mut self, requests: &mut [Fifo<CellRequest>]) -> bool {
+        let Some(free) = next_set_bit(self.states.free, 0) else { return false };
+        let n = requests.len() as u32;
+        let Some(ctu) =
+            (0..n).map(|k| (self.take_turn + k) % n).find(|&c| requests[c as usize].front().is_some())
+        else {
+            return false;
+        };
+        self.take_turn = ctu + 1;
+        let Some(CellRequest { context, cell, fresh }) = requests[ctu as usize].pop() else { return false };
+        if fresh {
+            let mailbox = usize::from(context.ctu) * self.contexts_per_ctu + usize::from(context.context);
+            self.mailboxes[mailbox] = Mailbox::default();
+            self.tested[mailbox] = false;
+        }
+        let slot = &mut self.slots[free as usize];
+        slot.context = context;
+        slot.cell = cell;
+        slot.tests = 0;
+        self.states.free &= !(1 << free);
+        self.states.header |= 1 << free;
+        true
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PatchPort {
+    Nothing,
+    Looked,
+    Refused,
+    OutputFull,
+}
+
+fn read_header(slot: &mut Slot, image: &MemoryImage) {
+    (slot.address, slot.remaining) = image.cell_list(slot.cell);
+}
+
+fn read_line(slot: &mut Slot) {
+    slot.in_line = slot.remaining.min(LINE_WORDS - slot.address % LINE_WORDS);
+}
+
+#[inline]
+fn for_each_bit(mut mask: u64, mut f: impl FnMut(usize)) {
+    while mask != 0 {
+        f(mask.trailing_zeros() as usize);
+        mask &= mask - 1;
+    }
+}

@@ -1,0 +1,290 @@
+//! The board against `functional`, over random boards; its account; its timing, cycle by cycle.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::datapath::PatchWords;
+use crate::fixed::Formats;
+use crate::functional;
+use crate::sim::Cause;
+use crate::spec::{CacheSpec, ClusterBufferSpec, MemoryLevels, Scheduling};
+
+/// A small deterministic generator: 31 random bits a call.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> i64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33).cast_signed()
+    }
+
+    fn below(&mut self, n: i64) -> i64 {
+        self.bits() % n
+    }
+
+    /// A coordinate word in the middle part of the cube.
+    fn coordinate(&mut self, f: u32) -> i32 {
+        (self.below(2 << f) - (1 << f)) as i32 / 10 * 9
+    }
+
+    fn point(&mut self, f: u32) -> [i32; 3] {
+        [self.coordinate(f), self.coordinate(f), self.coordinate(f)]
+    }
+}
+
+fn random_patches(random: &mut Random, formats: &Formats, n: u32) -> Vec<PatchWords> {
+    let f = formats.coord_frac_bits;
+    (0..n)
+        .map(|id| {
+            let base = random.point(f);
+            let mut near = || {
+                base.map(|c| {
+                    (c + (random.below(1 << f) as i32 - (1 << (f - 1))) / 2).clamp(-(1 << f), (1 << f) - 1)
+                })
+            };
+            let corners = [near(), near(), near(), near()];
+            let is_triangle = id % 3 == 0;
+            PatchWords {
+                corners: if is_triangle { [corners[0], corners[1], corners[2], corners[2]] } else { corners },
+                is_triangle,
+                id,
+            }
+        })
+        .collect()
+}
+
+fn random_bundles(random: &mut Random, formats: &Formats, n: usize) -> Vec<BundleWords> {
+    (0..n)
+        .map(|_| {
+            let apex = random.point(formats.coord_frac_bits);
+            let n_points = 1 + random.below(20) as usize;
+            BundleWords::Targets {
+                apex,
+                points: (0..n_points).map(|_| random.point(formats.coord_frac_bits)).collect(),
+            }
+        })
+        .filter(|b| b.validate(formats).is_ok())
+        .collect()
+}
+
+fn rays_of(formats: &Formats, bundles: &[BundleWords]) -> Vec<RayWords> {
+    bundles.iter().flat_map(|b| (0..b.n_rays()).map(|i| b.ray(formats, i))).collect()
+}
+
+/// Boards that differ in everything that is timing.
+fn any_spec() -> impl Strategy<Value = BoardSpec> {
+    let structure = (1u32..5, 1u32..4, 1u32..5, 1u32..4, 1u32..9);
+    let timing = (1u32..4, 1u32..7, 1u32..3, 1u32..30);
+    let fifos = (1u32..6, 1u32..6, 1u32..6, 1u32..4);
+    let memory = (0u32..3, 0u32..5, 0u32..5, 1u32..4, 0u32..2, 1u32..5);
+    let bus = (0u32..3, 0u32..3, 0u32..6);
+    (structure, timing, fifos, memory, bus).prop_map(|(s, t, f, m, b)| {
+        let mut spec = BoardSpec {
+            scheduling: [Scheduling::Static, Scheduling::Ideal][m.4 as usize],
+            ..BoardSpec::default()
+        };
+        spec.clusters.count = s.0;
+        spec.clusters.modules = s.1;
+        spec.clusters.ctus_per_icu = s.2;
+        spec.clusters.bundle_slots = s.3;
+        spec.ctu.contexts = s.4;
+        spec.ctu.initiation_interval = t.0;
+        spec.ctu.depth = t.1;
+        spec.icu.initiation_interval = t.2;
+        spec.icu.depth = t.3;
+        spec.fifos.ctu_icu = f.0;
+        spec.fifos.icu_reducer = f.1;
+        spec.fifos.results = f.2;
+        spec.fifos.commands = f.3;
+        spec.memory = [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical][m.0 as usize];
+        let bytes = |log: u32| if log == 0 { 0 } else { 64 << log };
+        spec.patch_cache = CacheSpec { bytes: bytes(m.1), ways: 2, miss_registers: m.3 };
+        spec.list_cache = CacheSpec { bytes: bytes(m.2), ways: 1, miss_registers: m.3 };
+        spec.cluster_buffer =
+            ClusterBufferSpec { bytes: bytes(m.1 + 1), ways: 2, cycles: m.5, miss_registers: m.3 };
+        spec.loader.slots = m.5;
+        spec.bus.clock_mhz = [10.0, 25.0, 66.0][b.0 as usize];
+        spec.bus.width_bits = [8, 32, 64][b.1 as usize];
+        spec.bus.arbitration_cycles = b.2;
+        spec
+    })
+}
+
+fn assert_board_equals_functional(spec: &BoardSpec, seed: u64) -> Result<(), TestCaseError> {
+    let mut random = Random(seed);
+    let n_patches = 1 + random.below(60) as u32;
+    let patches = random_patches(&mut random, &spec.formats, n_patches);
+    let image = MemoryImage::build(&spec.formats, &patches, Some(1 + random.below(4) as u32));
+    let bundles = random_bundles(&mut random, &spec.formats, 6);
+    let rays = rays_of(&spec.formats, &bundles);
+    prop_assert!(!rays.is_empty());
+    let mut board = Board::new(spec, image.clone()).unwrap();
+    for (any_hit, work) in [
+        (false, Work::Bundles(&bundles)),
+        (true, Work::Bundles(&bundles)),
+        (false, Work::Rays(&rays)),
+        (true, Work::Rays(&rays)),
+    ] {
+        let before = board.statistics();
+        let traces: Vec<_> = rays.iter().map(|ray| functional::trace(&image, ray, any_hit)).collect();
+        if any_hit {
+            let hits = board.trace_any(work).unwrap();
+            prop_assert_eq!(hits, traces.iter().map(|t| t.hit.is_some()).collect::<Vec<_>>());
+        } else {
+            let hits = board.trace_nearest(work).unwrap();
+            prop_assert_eq!(hits, traces.iter().map(|t| t.hit).collect::<Vec<_>>());
+        }
+        prop_assert!(board.is_quiet());
+        let counted = board.statistics().since(&before);
+        let sum = |f: fn(&functional::RayTrace) -> u32| traces.iter().map(|t| u64::from(f(t))).sum::<u64>();
+        let jobs = match work {
+            Work::Bundles(b) => b.len(),
+            Work::Rays(r) => r.len().div_ceil(MAX_JOB_RAYS),
+        };
+        let expected = CanonicalCounters {
+            bundles: jobs as u64,
+            rays: rays.len() as u64,
+            cells: sum(|t| t.cells),
+            list_entries: sum(|t| t.list_entries),
+            tests: sum(|t| t.tests),
+            hits: traces.iter().filter(|t| t.hit.is_some()).count() as u64,
+        };
+        prop_assert_eq!(counted.canonical, expected);
+        prop_assert!(counted.cycles > 0 && !counted.blocks.is_empty());
+        for block in &counted.blocks {
+            prop_assert_eq!(block.total(), counted.cycles, "account of {} is not closed", &block.block);
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    /// Answers and canonical counters are those of `functional` for every timing choice; every account closes.
+    #[test]
+    fn board_of_any_timing_equals_functional_and_closes_its_account(spec in any_spec(), seed: u64) {
+        assert_board_equals_functional(&spec, seed)?;
+    }
+}
+
+#[test]
+#[ignore = "long: 10,000 random boards"]
+fn board_of_ten_thousand_random_timings_equals_functional() {
+    let mut runner =
+        proptest::test_runner::TestRunner::new(ProptestConfig { cases: 10_000, ..Default::default() });
+    runner
+        .run(&(any_spec(), any::<u64>()), |(spec, seed)| assert_board_equals_functional(&spec, seed))
+        .unwrap();
+}
+
+fn small_scene(spec: &BoardSpec) -> (MemoryImage, Vec<BundleWords>) {
+    let mut random = Random(7);
+    let patches = random_patches(&mut random, &spec.formats, 50);
+    (MemoryImage::build(&spec.formats, &patches, Some(3)), random_bundles(&mut random, &spec.formats, 30))
+}
+
+#[test]
+fn board_with_blocks_ticked_in_any_order_counts_the_same() {
+    let mut spec = BoardSpec::default();
+    spec.clusters.modules = 2;
+    let (image, bundles) = small_scene(&spec);
+    let mut statistics = Vec::new();
+    for seed in 0..8 {
+        let mut board = Board::new(&spec, image.clone()).unwrap();
+        if seed > 0 {
+            board.permute_ticks(seed * 1000);
+        }
+        board.trace_nearest(Work::Bundles(&bundles)).unwrap();
+        board.trace_any(Work::Bundles(&bundles)).unwrap();
+        statistics.push(board.statistics());
+    }
+    assert!(statistics[0].cycles > 500);
+    for other in &statistics[1..] {
+        assert_eq!(other, &statistics[0]);
+    }
+}
+
+#[test]
+fn board_command_without_rays_takes_no_cycle() {
+    let spec = BoardSpec::default();
+    let (image, _) = small_scene(&spec);
+    let mut board = Board::new(&spec, image).unwrap();
+    assert!(board.trace_nearest(Work::Rays(&[])).unwrap().is_empty());
+    assert!(board.trace_any(Work::Bundles(&[])).unwrap().is_empty());
+    assert_eq!(board.statistics().cycles, 0);
+}
+
+#[test]
+fn board_refuses_a_scene_larger_than_its_memory_with_both_sizes() {
+    let mut spec = BoardSpec::default();
+    let (image, _) = small_scene(&spec);
+    spec.dram.bytes = 4096;
+    let message = Board::new(&spec, image.clone()).unwrap_err().to_string();
+    assert!(message.contains("4096") && message.contains(&image.size_bytes().to_string()), "{message}");
+}
+
+#[test]
+fn board_refuses_an_image_of_other_formats() {
+    let spec = BoardSpec::default();
+    let (image, _) = small_scene(&spec);
+    let mut other = spec.clone();
+    other.formats.dir_frac_bits = 20;
+    assert!(matches!(Board::new(&other, image), Err(BoardError::Formats)));
+}
+
+/// One ray, one patch that fills a cell of a 2 x 2 x 2 grid, minimal board: the cycles that rtl-model/README.md lists.
+#[test]
+fn minimal_board_with_one_ray_and_one_patch_takes_the_cycles_counted_by_hand() {
+    let spec = BoardSpec::preset("minimal").unwrap();
+    let h = 1 << (spec.formats.coord_frac_bits - 1); // 0.5
+    let q = h / 2;
+    // A quad in the plane z = 0.5 inside cell (1, 1, 1), facing -z.
+    let corners = [[q, q, h], [q, h, h], [h, h, h], [h, q, h]];
+    let image =
+        MemoryImage::build(&spec.formats, &[PatchWords { corners, is_triangle: false, id: 0 }], Some(1));
+    let mut board = Board::new(&spec, image).unwrap();
+    let origin = [q + q / 2, q + q / 2, q];
+    let ray = RayWords { origin, dir: [0, 0, h], t_max: spec.formats.t_limit() };
+    let hits = board.trace_nearest(Work::Rays(&[ray])).unwrap();
+    assert_eq!(hits[0].map(|hit| (hit.patch, hit.t)), Some((0, 1 << (spec.formats.t_frac_bits - 1))));
+    let statistics = board.statistics();
+    let canonical = CanonicalCounters { bundles: 1, rays: 1, cells: 1, list_entries: 1, tests: 1, hits: 1 };
+    assert_eq!(statistics.canonical, canonical);
+    let statistics = board.statistics();
+    let by_hand: u64 = WORKED_EXAMPLE.iter().map(|(_, cycles)| cycles).sum();
+    assert_eq!(statistics.cycles, by_hand);
+    for (block, work) in
+        [("host_link", 8), ("dram", 48), ("icu", 1), ("reducer", 1), ("ctu0", 2), ("generator", 2)]
+    {
+        let account = statistics.blocks.iter().find(|b| b.block.ends_with(block)).unwrap();
+        assert_eq!(account.of(Cause::Work), work, "{block}");
+    }
+    assert_eq!((statistics.bus_down_bytes, statistics.bus_up_bytes), (24, 8));
+}
+
+/// Every cycle of the worked example, as rtl-model/README.md lists them.
+const WORKED_EXAMPLE: [(&str, u64); 22] = [
+    ("DMA set-up", 50),
+    ("bus arbitration for the ray", 4),
+    ("24 bytes of ray, 4 a cycle", 6),
+    ("bundle generator takes the job", 1),
+    ("bundle generator sends the ray", 1),
+    ("CTU takes the ray", 1),
+    ("CTU: enter the first cell", 4),
+    ("CTU sends the cell request", 1),
+    ("patch loader takes it", 1),
+    ("header: list cache misses, cluster buffer passes on", 2),
+    ("header: DRAM row miss and 16 words, cluster buffer passes back", 6 + 16 + 1),
+    ("list: list cache misses, cluster buffer passes on", 2),
+    ("list: DRAM and back", 6 + 16 + 1),
+    ("patch loader: one list entry past the mailbox", 1),
+    ("record: patch cache misses, cluster buffer passes on", 2),
+    ("record: DRAM and back", 6 + 16 + 1),
+    ("patch loader sends the test", 1),
+    ("ICU", 22 + 1),
+    ("reducer", 1),
+    ("CTU: nothing nearer can come, sends the result", 4 + 1),
+    ("result merge takes it, sends it on; bus arbitration; 8 bytes", 2 + 4 + 2),
+    ("interrupt", 500),
+];

@@ -1,0 +1,141 @@
+//! The memory of a cluster: an optional buffer between the caches of its modules and the board's DRAM.
+//!
+//! ```text
+//! request FIFO per cache --one a cycle, in turn--> tags --hit, after `cycles`--> fill wire of the cache
+//!                                                   `--miss--> miss register --> DRAM link --> install --> fill wires
+//! ```
+//! State: tags, miss registers with the set of caches that wait for each, hit pipeline. One look-up a cycle; a hit
+//! takes `cycles`, a miss the DRAM's time + 2 (link each way). A fill that would drive a wire twice waits a cycle.
+//! Source: "hierarchical patch memory with a cache per processing element" (1992 board paper); the rest ASSUMED.
+//! Not modelled: prefetch.
+
+use super::{Line, LineCache, Traffic};
+use crate::sim::{Activity, Cause, Fifo, Pipe, Wire, next_set_bit};
+
+/// A line on its way to the caches in `sources` (a bit each).
+#[derive(Clone, Copy, Debug)]
+struct Fill {
+    line: Line,
+    sources: u64,
+}
+
+/// The cluster's memory; without a buffer (0 bytes) it only merges and routes.
+#[derive(Clone, Debug)]
+pub struct ClusterBuffer {
+    cache: LineCache,
+    hits: Pipe<Fill>,
+    open: Vec<Fill>,
+    capacity: usize,
+    turn: u32,
+    traffic: Traffic,
+}
+
+/// The ports of a cycle.
+#[derive(Debug)]
+pub struct ClusterBufferIo<'a> {
+    /// Requests, one FIFO per cache.
+    pub requests: &'a mut [Fifo<Line>],
+    /// Fills, one wire per cache.
+    pub fills: &'a mut [Wire<Line>],
+    /// To the DRAM.
+    pub dram_request: &'a mut Fifo<Line>,
+    /// From the DRAM.
+    pub dram_response: &'a mut Fifo<Line>,
+}
+
+impl ClusterBuffer {
+    /// An empty buffer of `bytes` bytes, answering hits after `cycles`.
+    pub fn new(bytes: u32, ways: u32, cycles: u32, miss_registers: u32) -> Self {
+        ClusterBuffer {
+            cache: LineCache::new(bytes / super::LINE_BYTES, ways),
+            hits: Pipe::new(cycles.max(1)),
+            open: Vec::with_capacity(miss_registers as usize),
+            capacity: miss_registers as usize,
+            turn: 0,
+            traffic: Traffic::default(),
+        }
+    }
+
+    /// One cycle.
+    pub fn tick(&mut self, io: ClusterBufferIo<'_>) -> Activity {
+        let mut driven = 0;
+        if let Some(&fill) = self.hits.head() {
+            deliver(fill, io.fills);
+            driven = fill.sources;
+        }
+        let mut filled = false;
+        if let Some(&line) = io.dram_response.front() {
+            let register = self.open.iter().position(|fill| fill.line == line);
+            let register = register.expect("a line that nobody asked for came from the DRAM");
+            if self.open[register].sources & driven == 0 {
+                io.dram_response.pop();
+                deliver(self.open.swap_remove(register), io.fills);
+                self.cache.install(line);
+                filled = true;
+            }
+        }
+        let (hit, looked_up, refused) = self.look_up(io.requests, io.dram_request);
+        self.hits.step(hit);
+        if filled || looked_up || driven != 0 {
+            Activity::Work
+        } else if refused {
+            Activity::Stall(Cause::Resource)
+        } else if !self.open.is_empty() {
+            Activity::Stall(Cause::Memory)
+        } else {
+            Activity::Idle
+        }
+    }
+
+    /// Serves one request: a hit to start down the pipeline, whether one was taken, whether one was refused.
+    fn look_up(
+        &mut self,
+        requests: &mut [Fifo<Line>],
+        dram_request: &mut Fifo<Line>,
+    ) -> (Option<Fill>, bool, bool) {
+        let waiting = (0..).zip(requests.iter()).filter(|(_, f)| f.front().is_some());
+        let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
+        let Some(source) = next_set_bit(waiting, self.turn) else {
+            return (None, false, false);
+        };
+        self.turn = source + 1;
+        let request = &mut requests[source as usize];
+        let Some(&line) = request.front() else { return (None, false, false) };
+        let fill = Fill { line, sources: 1 << source };
+        if self.cache.lookup(line) {
+            request.pop();
+            self.traffic.accesses += 1;
+            return (Some(fill), true, false);
+        }
+        if let Some(open) = self.open.iter_mut().find(|open| open.line == line) {
+            open.sources |= fill.sources;
+        } else if self.open.len() < self.capacity && dram_request.can_push() {
+            dram_request.push(line);
+            self.open.push(fill);
+        } else {
+            return (None, false, true);
+        }
+        request.pop();
+        self.traffic.accesses += 1;
+        self.traffic.misses += 1;
+        (None, true, false)
+    }
+
+    /// Traffic so far.
+    pub fn traffic(&self) -> Traffic {
+        self.traffic
+    }
+
+    /// True when no request is inside.
+    pub fn is_quiet(&self) -> bool {
+        self.open.is_empty() && self.hits.is_empty()
+    }
+}
+
+fn deliver(fill: Fill, wires: &mut [Wire<Line>]) {
+    let mut left = fill.sources;
+    while left != 0 {
+        wires[left.trailing_zeros() as usize].set(fill.line);
+        left &= left - 1;
+    }
+}

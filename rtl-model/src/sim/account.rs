@@ -1,0 +1,209 @@
+//! The closed account: every block-cycle has exactly one cause.
+//!
+//! ```text
+//! tick() -> Activity --Account::record--> cycles by Cause      idle before the first token = fill, after the last = drain
+//! ```
+
+use serde::Serialize;
+
+/// Why a block did what it did in a cycle: exactly one cause per block and cycle, the first that applies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// Did useful work.
+    Work,
+    /// Has a token and nowhere to put it.
+    OutputFull,
+    /// Waits for a unit of its own (context, table entry, pipeline slot).
+    Resource,
+    /// Waits for a line that a cache asked for.
+    CacheMiss,
+    /// Waits for the memory itself.
+    Memory,
+    /// Waits for the host bus.
+    Bus,
+    /// Nothing to do, while work assigned to its cluster (or the board) is in progress elsewhere.
+    Starved,
+    /// Nothing assigned.
+    Idle,
+    /// Before its first token of the run.
+    Fill,
+    /// After its last token of the run.
+    Drain,
+}
+
+impl Cause {
+    /// Every cause, in order of precedence.
+    pub const ALL: [Cause; 10] = [
+        Cause::Work,
+        Cause::OutputFull,
+        Cause::Resource,
+        Cause::CacheMiss,
+        Cause::Memory,
+        Cause::Bus,
+        Cause::Starved,
+        Cause::Idle,
+        Cause::Fill,
+        Cause::Drain,
+    ];
+
+    /// The name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Cause::Work => "work",
+            Cause::OutputFull => "output full",
+            Cause::Resource => "resource",
+            Cause::CacheMiss => "cache miss",
+            Cause::Memory => "memory",
+            Cause::Bus => "bus",
+            Cause::Starved => "starved",
+            Cause::Idle => "idle",
+            Cause::Fill => "fill",
+            Cause::Drain => "drain",
+        }
+    }
+}
+
+/// What a block's tick returns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Did useful work.
+    Work,
+    /// Held something and could not go on, for this cause.
+    Stall(Cause),
+    /// Held nothing.
+    Idle,
+}
+
+/// The closed account of one block.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct BlockAccount {
+    /// Hierarchical name: `cluster0.module0.icu`.
+    pub block: String,
+    /// Cycles by cause, in the order of [`Cause::ALL`].
+    pub cycles: [u64; 10],
+}
+
+impl BlockAccount {
+    /// Cycles of one cause.
+    pub fn of(&self, cause: Cause) -> u64 {
+        self.cycles[cause as usize]
+    }
+
+    /// Cycles of all causes: the cycles of the run.
+    pub fn total(&self) -> u64 {
+        self.cycles.iter().sum()
+    }
+
+    /// The leading cause that keeps the block from working while something is assigned to it, with its cycles;
+    /// idle, fill and drain are no stalls.
+    pub fn leading_stall(&self) -> (Cause, u64) {
+        Cause::ALL[1..7]
+            .iter()
+            .map(|&c| (c, self.of(c)))
+            .fold((Cause::OutputFull, 0), |best, x| if x.1 > best.1 { x } else { best })
+    }
+
+    /// Cycles stalled: something was assigned and the block did not work.
+    pub fn stalled(&self) -> u64 {
+        Cause::ALL[1..7].iter().map(|&c| self.of(c)).sum()
+    }
+}
+
+/// Accumulates one block's account, run by run.
+#[derive(Clone, Debug, Default)]
+pub struct Account {
+    cycles: [u64; 10],
+    /// Idle cycles since the last activity of this run: idle if another token comes, drain if none does.
+    trailing_idle: u64,
+    /// Had a token in this run.
+    started: bool,
+    last: Option<Cause>,
+}
+
+impl Account {
+    /// Records one cycle. `assigned` tells whether the surroundings have work in progress: an idle block is then
+    /// starved.
+    pub fn record(&mut self, activity: Activity, assigned: bool) {
+        let cause = match activity {
+            Activity::Work => Cause::Work,
+            Activity::Stall(cause) => cause,
+            Activity::Idle if !self.started => {
+                self.cycles[Cause::Fill as usize] += 1;
+                self.last = Some(Cause::Fill);
+                return;
+            }
+            Activity::Idle if assigned => Cause::Starved,
+            Activity::Idle => {
+                self.trailing_idle += 1;
+                self.last = Some(Cause::Idle);
+                return;
+            }
+        };
+        self.started = true;
+        self.cycles[Cause::Idle as usize] += std::mem::take(&mut self.trailing_idle);
+        self.cycles[cause as usize] += 1;
+        self.last = Some(cause);
+    }
+
+    /// Ends a run: what was idle since the last token was drain.
+    pub fn end_run(&mut self) {
+        self.cycles[Cause::Drain as usize] += std::mem::take(&mut self.trailing_idle);
+        self.started = false;
+    }
+
+    /// Adds cycles after the end of a run in which nothing is on the board (the host's interrupt).
+    pub fn add_drain(&mut self, cycles: u64) {
+        self.cycles[Cause::Drain as usize] += cycles;
+    }
+
+    /// The cause of the latest cycle, for the watchdog's message.
+    pub fn last(&self) -> Option<Cause> {
+        self.last
+    }
+
+    /// The account so far, under a name; between runs it is closed.
+    pub fn named(&self, block: String) -> BlockAccount {
+        BlockAccount { block, cycles: self.cycles }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn account_of_a_run_with_gaps_names_fill_idle_and_drain_and_closes() {
+        let mut account = Account::default();
+        for activity in [
+            Activity::Idle,
+            Activity::Idle,
+            Activity::Work,
+            Activity::Idle,
+            Activity::Stall(Cause::OutputFull),
+            Activity::Work,
+            Activity::Idle,
+            Activity::Idle,
+            Activity::Idle,
+        ] {
+            account.record(activity, false);
+        }
+        account.end_run();
+        let closed = account.named("block".into());
+        assert_eq!(closed.total(), 9);
+        let of = |c| closed.of(c);
+        assert_eq!(
+            [of(Cause::Fill), of(Cause::Work), of(Cause::Idle), of(Cause::OutputFull), of(Cause::Drain)],
+            [2, 2, 1, 1, 3]
+        );
+    }
+
+    #[test]
+    fn account_of_an_idle_block_with_work_elsewhere_is_starved() {
+        let mut account = Account::default();
+        account.record(Activity::Work, true);
+        account.record(Activity::Idle, true);
+        account.end_run();
+        assert_eq!(account.named(String::new()).of(Cause::Starved), 1);
+    }
+}

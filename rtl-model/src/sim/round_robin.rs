@@ -1,0 +1,31 @@
+//! Fair choice among up to 64 requesters.
+
+/// The first set bit of `mask` at or after position `start`, going round; `None` when the mask is empty.
+#[inline]
+pub fn next_set_bit(mask: u64, start: u32) -> Option<u32> {
+    if mask == 0 {
+        return None;
+    }
+    let ahead = mask & (u64::MAX << (start & 63));
+    Some(if ahead != 0 { ahead.trailing_zeros() } else { mask.trailing_zeros() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn next_set_bit_serves_every_requester_in_turn() {
+        let mask = 0b1010_0010;
+        let mut start = 0;
+        let mut order = Vec::new();
+        for _ in 0..6 {
+            let bit = next_set_bit(mask, start).unwrap();
+            order.push(bit);
+            start = bit + 1;
+        }
+        assert_eq!(order, [1, 5, 7, 1, 5, 7]);
+        assert_eq!(next_set_bit(0, 3), None);
+        assert_eq!(next_set_bit(1 << 63, 64), Some(63));
+    }
+}

@@ -1,0 +1,397 @@
+//! Every parameter of a board, with unit, default and source tag.
+//!
+//! ```text
+//! boards/*.toml or a user's file --from_toml--> BoardSpec --validate--> Board
+//! ```
+//! A board file names only what differs from the defaults below, or everything as `boards/delft-1992.toml` does.
+//! Clock, word lengths, cache and FIFO sizes, bus and arithmetic of the historical board are not public: tagged [I].
+
+use serde::{Deserialize, Serialize};
+
+use crate::fixed::Formats;
+
+mod parameters;
+mod validate;
+
+pub use parameters::ParameterRow;
+pub use validate::SpecError;
+
+/// A board. All fields have defaults; unknown keys are refused.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BoardSpec {
+    /// Name for reports.
+    pub name: String,
+    /// Board clock (MHz).
+    pub clock_mhz: f64,
+    /// How rays share the search for patches.
+    pub partition: Partition,
+    /// Which cluster gets which bundle.
+    pub scheduling: Scheduling,
+    /// Levels of patch memory.
+    pub memory: MemoryLevels,
+    /// log2 of the grid's cells per axis; absent: about two patches in an occupied cell.
+    pub grid_log2: Option<u32>,
+    /// Cycles without progress after which a run is given up.
+    pub watchdog_cycles: u64,
+    /// Number formats.
+    pub formats: Formats,
+    /// Clusters and what is in them.
+    pub clusters: ClusterSpec,
+    /// Cell Traversal Units.
+    pub ctu: CtuSpec,
+    /// Patch loaders.
+    pub loader: LoaderSpec,
+    /// Intersection Computation Units.
+    pub icu: IcuSpec,
+    /// Queue depths.
+    pub fifos: FifoSpec,
+    /// Cache of patch records, one per module.
+    pub patch_cache: CacheSpec,
+    /// Cache of cell headers and lists, one per module.
+    pub list_cache: CacheSpec,
+    /// Buffer of a cluster (memory = "hierarchical").
+    pub cluster_buffer: ClusterBufferSpec,
+    /// The board's DRAM.
+    pub dram: DramSpec,
+    /// Host bus and DMA.
+    pub bus: BusSpec,
+}
+
+/// How rays share the search for patches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Partition {
+    /// Each ray by itself through a uniform grid: the conventional technique.
+    Grid,
+}
+
+/// Which cluster gets which bundle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheduling {
+    /// Bundles in issue order, cut into one range of equal count per cluster.
+    Static,
+    /// The next bundle to the first cluster with room, at no cost: the bound.
+    Ideal,
+}
+
+/// Levels of patch memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MemoryLevels {
+    /// No cache: one line register per miss register.
+    None,
+    /// A cache per module.
+    OneLevel,
+    /// Caches, cluster buffers, DRAM.
+    Hierarchical,
+}
+
+/// Clusters and what is in them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClusterSpec {
+    /// Clusters on the board, 1..=16.
+    pub count: u32,
+    /// Modules (one ICU each) per cluster, 1..=4.
+    pub modules: u32,
+    /// CTUs per ICU, 1..=16.
+    pub ctus_per_icu: u32,
+    /// Bundles that a cluster works on at once, 1..=16.
+    pub bundle_slots: u32,
+}
+
+/// Cell Traversal Units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CtuSpec {
+    /// Rays that a CTU holds at once, 1..=64.
+    pub contexts: u32,
+    /// Cycles between two steps, 1..=4096.
+    pub initiation_interval: u32,
+    /// Latency of a step in cycles, 1..=4096.
+    pub depth: u32,
+}
+
+/// Patch loaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LoaderSpec {
+    /// Cell lists that a loader works on at once, 1..=32.
+    pub slots: u32,
+}
+
+/// Intersection Computation Units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IcuSpec {
+    /// Cycles between two tests, 1..=4096.
+    pub initiation_interval: u32,
+    /// Latency of a test in cycles, 1..=4096.
+    pub depth: u32,
+}
+
+/// Queue depths in entries, 1..=4096.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FifoSpec {
+    /// Each CTU to its module's patch loader.
+    pub ctu_icu: u32,
+    /// ICU to nearest-hit reducer.
+    pub icu_reducer: u32,
+    /// Results of a cluster, toward the host.
+    pub results: u32,
+    /// Bundle descriptors waiting in a cluster.
+    pub commands: u32,
+}
+
+/// A cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CacheSpec {
+    /// Size (B): 0, or a power of two of at least a 64-byte line per way.
+    pub bytes: u32,
+    /// Ways, a power of two in 1..=16.
+    pub ways: u32,
+    /// Misses that may be open at once, 1..=16.
+    pub miss_registers: u32,
+}
+
+/// The buffer of a cluster.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClusterBufferSpec {
+    /// Size (B): 0, or a power of two of at least a 64-byte line per way.
+    pub bytes: u32,
+    /// Ways, a power of two in 1..=16.
+    pub ways: u32,
+    /// Latency of a hit in cycles, 1..=4096.
+    pub cycles: u32,
+    /// Misses that may be open at once, 1..=64.
+    pub miss_registers: u32,
+}
+
+/// The board's DRAM.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DramSpec {
+    /// Size (B).
+    pub bytes: u64,
+    /// Width (bits): 8, 16, 32, 64, 128, 256 or 512.
+    pub width_bits: u32,
+    /// Banks, 1..=64.
+    pub banks: u32,
+    /// Row of a bank (B), a multiple of 64.
+    pub row_bytes: u32,
+    /// Cycles to the first beat from an open row, 0..=4096.
+    pub row_hit_cycles: u32,
+    /// Cycles to the first beat from a closed row, 0..=4096.
+    pub row_miss_cycles: u32,
+}
+
+/// Host bus and DMA.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BusSpec {
+    /// Name of the bus.
+    pub kind: String,
+    /// Width (bits): 8, 16, 32, 64 or 128.
+    pub width_bits: u32,
+    /// Bus clock (MHz).
+    pub clock_mhz: f64,
+    /// Longest burst (B), a multiple of the width.
+    pub burst_bytes: u32,
+    /// Bus cycles of arbitration before a burst, 0..=4096.
+    pub arbitration_cycles: u32,
+    /// Board cycles from command to first transfer, 0..=1000000.
+    pub dma_setup_cycles: u64,
+    /// Board cycles from the last transfer until the host goes on, 0..=1000000.
+    pub interrupt_cycles: u64,
+}
+
+impl Default for BoardSpec {
+    fn default() -> Self {
+        BoardSpec {
+            name: "custom".into(),
+            clock_mhz: 25.0,
+            partition: Partition::Grid,
+            scheduling: Scheduling::Static,
+            memory: MemoryLevels::Hierarchical,
+            grid_log2: None,
+            watchdog_cycles: 100_000,
+            formats: Formats::default(),
+            clusters: ClusterSpec::default(),
+            ctu: CtuSpec::default(),
+            loader: LoaderSpec::default(),
+            icu: IcuSpec::default(),
+            fifos: FifoSpec::default(),
+            patch_cache: CacheSpec { bytes: 4096, ways: 2, miss_registers: 2 },
+            list_cache: CacheSpec { bytes: 2048, ways: 2, miss_registers: 2 },
+            cluster_buffer: ClusterBufferSpec::default(),
+            dram: DramSpec::default(),
+            bus: BusSpec::default(),
+        }
+    }
+}
+
+impl Default for ClusterSpec {
+    fn default() -> Self {
+        ClusterSpec { count: 4, modules: 1, ctus_per_icu: 4, bundle_slots: 4 }
+    }
+}
+
+impl Default for CtuSpec {
+    fn default() -> Self {
+        CtuSpec { contexts: 16, initiation_interval: 1, depth: 4 }
+    }
+}
+
+impl Default for LoaderSpec {
+    fn default() -> Self {
+        LoaderSpec { slots: 8 }
+    }
+}
+
+impl Default for IcuSpec {
+    fn default() -> Self {
+        IcuSpec { initiation_interval: 1, depth: 22 }
+    }
+}
+
+impl Default for FifoSpec {
+    fn default() -> Self {
+        FifoSpec { ctu_icu: 16, icu_reducer: 16, results: 256, commands: 2 }
+    }
+}
+
+impl Default for ClusterBufferSpec {
+    fn default() -> Self {
+        ClusterBufferSpec { bytes: 32 * 1024, ways: 4, cycles: 3, miss_registers: 4 }
+    }
+}
+
+impl Default for DramSpec {
+    fn default() -> Self {
+        DramSpec {
+            bytes: 16 << 20,
+            width_bits: 32,
+            banks: 4,
+            row_bytes: 1024,
+            row_hit_cycles: 2,
+            row_miss_cycles: 6,
+        }
+    }
+}
+
+impl Default for BusSpec {
+    fn default() -> Self {
+        BusSpec {
+            kind: "sbus".into(),
+            width_bits: 32,
+            clock_mhz: 25.0,
+            burst_bytes: 64,
+            arbitration_cycles: 4,
+            dma_setup_cycles: 50,
+            interrupt_cycles: 500,
+        }
+    }
+}
+
+const PRESETS: [(&str, &str); 2] = [
+    ("delft-1992", include_str!("../../boards/delft-1992.toml")),
+    ("minimal", include_str!("../../boards/minimal.toml")),
+];
+
+impl BoardSpec {
+    /// The names of the presets that are compiled in.
+    pub fn preset_names() -> &'static [&'static str] {
+        const NAMES: [&str; PRESETS.len()] = [PRESETS[0].0, PRESETS[1].0];
+        &NAMES
+    }
+
+    /// A preset by name.
+    ///
+    /// # Panics
+    /// Never: a test loads every preset.
+    pub fn preset(name: &str) -> Option<BoardSpec> {
+        let (_, text) = PRESETS.iter().find(|(preset, _)| *preset == name)?;
+        Some(Self::from_toml(text).unwrap_or_else(|e| panic!("preset {name}: {e}")))
+    }
+
+    /// Parses and validates a board file's text.
+    ///
+    /// # Errors
+    /// Syntax, unknown keys, wrong types (all with line and column), values outside their range.
+    pub fn from_toml(text: &str) -> Result<BoardSpec, SpecError> {
+        let spec: BoardSpec = toml::from_str(text).map_err(|e| SpecError::parse(text, &e))?;
+        spec.validate()?;
+        Ok(spec)
+    }
+
+    /// Seconds that a number of cycles takes at the board's clock.
+    pub fn seconds(&self, cycles: u64) -> f64 {
+        cycles as f64 / (self.clock_mhz * 1e6)
+    }
+
+    /// Lines that hold what the caches of this memory hierarchy really have: sizes after `memory` is applied.
+    pub(crate) fn effective_cache_bytes(&self) -> EffectiveCaches {
+        let (first, buffer) = match self.memory {
+            MemoryLevels::None => (false, false),
+            MemoryLevels::OneLevel => (true, false),
+            MemoryLevels::Hierarchical => (true, true),
+        };
+        EffectiveCaches {
+            patch: if first { self.patch_cache.bytes } else { 0 },
+            list: if first { self.list_cache.bytes } else { 0 },
+            buffer: if buffer { self.cluster_buffer.bytes } else { 0 },
+        }
+    }
+}
+
+/// Cache sizes in bytes after the choice of memory levels.
+pub(crate) struct EffectiveCaches {
+    pub(crate) patch: u32,
+    pub(crate) list: u32,
+    pub(crate) buffer: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_all_load_and_carry_their_name() {
+        assert!(BoardSpec::preset_names().len() >= 2);
+        for name in BoardSpec::preset_names() {
+            assert_eq!(BoardSpec::preset(name).unwrap().name, *name);
+        }
+        assert!(BoardSpec::preset("unheard-of").is_none());
+    }
+
+    #[test]
+    fn delft_preset_names_every_parameter_and_is_the_default() {
+        let delft = BoardSpec::preset("delft-1992").unwrap();
+        assert_eq!(delft, BoardSpec { name: "delft-1992".into(), ..BoardSpec::default() });
+        let text = PRESETS[0].1;
+        for row in delft.parameters() {
+            let key = row.name.rsplit('.').next().unwrap();
+            assert!(
+                text.lines().any(|l| l.trim_start_matches("# ").starts_with(key)),
+                "{} is not in the file",
+                row.name
+            );
+        }
+    }
+
+    #[test]
+    fn minimal_preset_has_the_number_formats_of_the_default() {
+        assert_eq!(BoardSpec::preset("minimal").unwrap().formats, BoardSpec::default().formats);
+    }
+
+    #[test]
+    fn spec_survives_a_round_trip_through_toml() {
+        let spec = BoardSpec { grid_log2: Some(5), ..BoardSpec::preset("minimal").unwrap() };
+        assert_eq!(BoardSpec::from_toml(&toml::to_string(&spec).unwrap()).unwrap(), spec);
+    }
+}

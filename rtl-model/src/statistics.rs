@@ -1,0 +1,111 @@
+//! What a board counted: canonical work, traffic, and the closed account of every block.
+
+use serde::Serialize;
+
+use crate::functional::CanonicalCounters;
+use crate::sim::{BlockAccount, Cause};
+
+/// Everything counted since the board was made, or between two moments.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct BoardStatistics {
+    /// Board clock cycles.
+    pub cycles: u64,
+    /// Work that no timing choice changes.
+    pub canonical: CanonicalCounters,
+    /// Bytes from host to board.
+    pub bus_down_bytes: u64,
+    /// Bytes from board to host.
+    pub bus_up_bytes: u64,
+    /// Cache and memory levels, from the ICU outward.
+    pub memory: Vec<LevelStatistics>,
+    /// The closed account of every block: causes sum to `cycles`.
+    pub blocks: Vec<BlockAccount>,
+}
+
+/// Traffic of one memory level, summed over its instances.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct LevelStatistics {
+    /// Which level.
+    pub level: String,
+    /// Look-ups (cache) or line transfers (DRAM).
+    pub accesses: u64,
+    /// Look-ups that missed (DRAM: row misses).
+    pub misses: u64,
+    /// Bytes brought in from the next level (DRAM: read).
+    pub bytes: u64,
+}
+
+impl BoardStatistics {
+    /// What was counted since `earlier`, a previous state of the same board.
+    pub fn since(&self, earlier: &BoardStatistics) -> BoardStatistics {
+        self.combine(earlier, |now, before| now - before)
+    }
+
+    /// The sum of two counts of the same board.
+    pub fn plus(&self, other: &BoardStatistics) -> BoardStatistics {
+        self.combine(other, |a, b| a + b)
+    }
+
+    /// Each counter with its counterpart. A default value (nothing counted yet) has no levels or blocks: zeros.
+    fn combine(&self, other: &BoardStatistics, f: fn(u64, u64) -> u64) -> BoardStatistics {
+        if self.blocks.is_empty() && !other.blocks.is_empty() {
+            let zeros = other.combine(other, |_, _| 0);
+            return zeros.combine(other, f);
+        }
+        let (a, b) = (&self.canonical, &other.canonical);
+        BoardStatistics {
+            cycles: f(self.cycles, other.cycles),
+            canonical: CanonicalCounters {
+                bundles: f(a.bundles, b.bundles),
+                rays: f(a.rays, b.rays),
+                cells: f(a.cells, b.cells),
+                list_entries: f(a.list_entries, b.list_entries),
+                tests: f(a.tests, b.tests),
+                hits: f(a.hits, b.hits),
+            },
+            bus_down_bytes: f(self.bus_down_bytes, other.bus_down_bytes),
+            bus_up_bytes: f(self.bus_up_bytes, other.bus_up_bytes),
+            memory: self
+                .memory
+                .iter()
+                .enumerate()
+                .map(|(i, level)| {
+                    let o = other.memory.get(i).cloned().unwrap_or_default();
+                    LevelStatistics {
+                        level: level.level.clone(),
+                        accesses: f(level.accesses, o.accesses),
+                        misses: f(level.misses, o.misses),
+                        bytes: f(level.bytes, o.bytes),
+                    }
+                })
+                .collect(),
+            blocks: self
+                .blocks
+                .iter()
+                .enumerate()
+                .map(|(i, block)| {
+                    let o = other.blocks.get(i).map_or([0; 10], |b| b.cycles);
+                    let cycles = std::array::from_fn(|c| f(block.cycles[c], o[c]));
+                    BlockAccount { block: block.block.clone(), cycles }
+                })
+                .collect(),
+        }
+    }
+
+    /// Share of all ICU cycles in which an ICU worked, in [0, 1].
+    pub fn icu_utilisation(&self) -> f64 {
+        let icus = self.blocks.iter().filter(|b| b.block.ends_with(".icu"));
+        let (work, total) = icus.fold((0, 0), |(w, t), b| (w + b.of(Cause::Work), t + b.total()));
+        if total == 0 { 0.0 } else { work as f64 / total as f64 }
+    }
+
+    /// The block with the largest share of working cycles.
+    pub fn busiest(&self) -> Option<&BlockAccount> {
+        self.blocks.iter().max_by_key(|b| b.of(Cause::Work))
+    }
+
+    /// The block that was stalled longest while it had, or its cluster had, something to do.
+    pub fn most_stalled(&self) -> Option<&BlockAccount> {
+        self.blocks.iter().max_by_key(|b| b.stalled())
+    }
+}

@@ -1,0 +1,311 @@
+//! The command line as typed. What it means is worked out in `plan.rs`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::image::Exposure;
+use crate::image::exposure::ExposureError;
+use crate::scene::MAX_ELEMENTS;
+
+/// Widest and highest picture.
+const MAX_SIDE: u64 = 32_768;
+
+/// A two-pass radiosity renderer whose rays are cast in software or by an emulated board of 1990-92.
+#[derive(Debug, Parser)]
+#[command(
+    name = "radeng",
+    version,
+    after_help = "Examples:
+  radeng render scenes/cornell-box/scene.toml --caster board
+  radeng simulate scenes/cornell-box/scene.toml --workload primary --report r.json
+  radeng info delft-1992
+
+Lengths are in metres, radiometric quantities in W/m^2 per linear RGB channel.
+Numbers go to stdout, progress and warnings to stderr.
+Exit status: 0 fine, 1 a check failed (compare --threshold), 2 a bad input, named."
+)]
+pub struct CommandLine {
+    /// Threads of the host [default: one a processor]; results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a picture of a scene: radiosity solution, then the view of its camera
+    Render(RenderArgs),
+    /// Solve the radiosity of a scene (pass 1 only) and keep the solution in a file
+    Solve(SolveArgs),
+    /// Measure irradiance and illuminance at points of a scene
+    Probe(ProbeArgs),
+    /// Drive the emulated board with a workload and account for its cycles
+    Simulate(SimulateArgs),
+    /// Compare two EXR pictures: how many pixels differ, and by how much
+    Compare(CompareArgs),
+    /// Show a scene or a board, resolved, with sizes and memory
+    Info(InfoArgs),
+}
+
+/// Who answers the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CasterArg {
+    /// The software ray caster, all threads
+    Software,
+    /// The emulated board, cycle by cycle
+    Board,
+}
+
+/// Reconstruction of the stored irradiance between mesh vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ReconstructArg {
+    /// The element's mean
+    Constant,
+    /// Bilinear between the vertices
+    Bilinear,
+    /// Bicubic Hermite: no Mach bands at element edges
+    Hermite,
+}
+
+/// Options of everything that casts rays.
+#[derive(Debug, Args)]
+pub struct CastArgs {
+    /// Who answers the rays [default: software, or board where --board is given]
+    #[arg(long, value_enum)]
+    pub caster: Option<CasterArg>,
+    /// Board to emulate: a preset (delft-1992, minimal) or a TOML file [default: delft-1992]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub board: Option<String>,
+    /// Wanted number of mesh elements, instead of the scene's [meshing]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)))]
+    pub elements: Option<u32>,
+    /// Seed of every sampling pattern
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Size and sampling of a picture.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// Columns (pixels)
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = side())]
+    pub width: u32,
+    /// Rows (pixels)
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = side())]
+    pub height: u32,
+    /// Camera rays per pixel, 1 to 16
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub samples: u32,
+    /// Shadow rays per point and light surface: N x N, 1 to 8
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=8))]
+    pub shadow_strata: u32,
+}
+
+fn side() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..=MAX_SIDE)
+}
+
+fn exposure(text: &str) -> Result<Exposure, ExposureError> {
+    text.parse()
+}
+
+/// `radeng render`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng render scenes/cornell-box/scene.toml --caster board
+  radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
+  radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png")]
+pub struct RenderArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
+    /// [default: the scene's name, as .png and .exr, in the current directory]
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// How rays are cast.
+    #[command(flatten)]
+    pub cast: CastArgs,
+    /// The picture.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Reconstruction of the stored indirect light between mesh vertices
+    #[arg(long, value_enum, default_value = "hermite")]
+    pub reconstruct: ReconstructArg,
+    /// Exposure of .png files: 'auto', or stops (display-linear = radiance x 2^EV)
+    #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Exposure,
+    /// Use this solution, as `solve` wrote it for the same scene and mesh, instead of pass 1
+    #[arg(long, value_name = "FILE.radsol")]
+    pub solution: Option<PathBuf>,
+    /// Write a JSON report (radeng/render/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `radeng solve`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng solve scenes/furnace/scene.toml -o furnace.radsol --report furnace.json
+  radeng render scenes/furnace/scene.toml --solution furnace.radsol")]
+pub struct SolveArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Solution file to write
+    #[arg(short, long = "output", value_name = "FILE.radsol")]
+    pub output: PathBuf,
+    /// How rays are cast.
+    #[command(flatten)]
+    pub cast: CastArgs,
+    /// Stop when the unshot power is under this share of the emitted power
+    #[arg(long, value_name = "SHARE", default_value_t = crate::radiosity::SolveOptions::default().unshot_share)]
+    pub unshot: f64,
+    /// Write a JSON report (radeng/solve/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `radeng probe`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng probe scenes/lit-cube/scene.toml --at 0.5,0.5,0 --normal 0,0,1
+  radeng probe scene.toml --at 1,2,0 --normal 0,0,1 --at 3,2,0 --normal 0,0,1 --json")]
+pub struct ProbeArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// A point (m); repeat for more, each with its --normal
+    #[arg(long, value_name = "X,Y,Z", required = true, allow_hyphen_values = true)]
+    pub at: Vec<String>,
+    /// The receiver's normal at the point, any length
+    #[arg(long, value_name = "X,Y,Z", required = true, allow_hyphen_values = true)]
+    pub normal: Vec<String>,
+    /// How rays are cast.
+    #[command(flatten)]
+    pub cast: CastArgs,
+    /// The value that pass 1 stored on the surface there, instead of light integrated at the point
+    #[arg(long)]
+    pub interpolated: bool,
+    /// Use this solution instead of pass 1
+    #[arg(long, value_name = "FILE.radsol")]
+    pub solution: Option<PathBuf>,
+    /// Print a JSON list of {at, normal, irradiance_w_m2, illuminance_lx} instead of the table
+    #[arg(long)]
+    pub json: bool,
+    /// Write a JSON report (radeng/probe/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// Which rays drive the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WorkloadArg {
+    /// Camera rays of one picture; needs no pass 1
+    Primary,
+    /// Pass 1: the visibility of the form factors
+    Radiosity,
+    /// Pass 2's shadow rays; all else is cast in software
+    Shadow,
+    /// Every ray of both passes
+    All,
+}
+
+/// `radeng simulate`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng simulate scenes/cornell-box/scene.toml --workload primary --width 256 --height 256
+  radeng simulate scene.toml --board my-board.toml --workload all --report run.json
+  radeng simulate scene.toml --rays rays.csv
+
+A rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in metres, t_max in lengths of the
+direction. Empty lines and lines that start with # are skipped.")]
+pub struct SimulateArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Board to emulate: a preset (delft-1992, minimal) or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = super::plan::DEFAULT_BOARD)]
+    pub board: String,
+    /// Which rays drive the board
+    #[arg(long, value_enum, default_value = "primary", conflicts_with = "rays")]
+    pub workload: WorkloadArg,
+    /// Trace the rays of this file instead of a workload
+    #[arg(long, value_name = "FILE.csv")]
+    pub rays: Option<PathBuf>,
+    /// Wanted number of mesh elements, instead of the scene's [meshing]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)))]
+    pub elements: Option<u32>,
+    /// Seed of every sampling pattern
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The picture whose rays these are.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Write a JSON report (radeng/simulate/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `radeng compare`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng compare software.exr board.exr
+  radeng compare before.exr after.exr --threshold 0.05      exit status 1 when a pixel differs by more than 5 %
+
+A pixel's difference is that of its worst channel; shares are of A's mean luminance.")]
+pub struct CompareArgs {
+    /// The reference (.exr)
+    pub a: PathBuf,
+    /// The picture to compare with it (.exr)
+    pub b: PathBuf,
+    /// Exit with status 1 when a pixel differs by more than this share of A's mean luminance
+    #[arg(long, value_name = "SHARE")]
+    pub threshold: Option<f64>,
+    /// Write a JSON report (radeng/compare/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `radeng info`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng info scenes/cornell-box/scene.toml
+  radeng info delft-1992          every parameter of the board with its source: [S] published, [C] computed, [I] ours")]
+pub struct InfoArgs {
+    /// A scene file, a board file, or the name of a board preset (delft-1992, minimal)
+    pub what: PathBuf,
+    /// Wanted number of mesh elements, instead of the scene's [meshing]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)))]
+    pub elements: Option<u32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_definition_is_consistent() {
+        CommandLine::command().debug_assert();
+    }
+
+    #[test]
+    fn command_line_with_negative_coordinates_and_stops_parses() {
+        let parse = |args: &[&str]| CommandLine::try_parse_from(args).map(|c| c.command);
+        let probe = parse(&["radeng", "probe", "s.toml", "--at", "-1,0,0", "--normal", "0,-1,0"]).unwrap();
+        assert!(matches!(probe, Command::Probe(p) if p.at == ["-1,0,0"] && p.normal == ["0,-1,0"]));
+        let render = parse(&["radeng", "render", "s.toml", "--exposure", "-2"]).unwrap();
+        assert!(matches!(render, Command::Render(r) if r.exposure == Exposure::Ev(-2.0)));
+    }
+
+    #[test]
+    fn command_line_outside_a_range_is_refused() {
+        for bad in [["--samples", "17"], ["--samples", "0"], ["--width", "0"], ["--shadow-strata", "9"]] {
+            let args = ["radeng", "render", "s.toml", bad[0], bad[1]];
+            assert!(CommandLine::try_parse_from(args).is_err(), "{bad:?}");
+        }
+    }
+}

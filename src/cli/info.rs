@@ -1,0 +1,180 @@
+//! `radeng info`: a scene or a board, resolved, with sizes and memory.
+
+use std::fmt::Write as _;
+use std::mem::size_of;
+use std::path::Path;
+
+use rtl_model::spec::BoardSpec;
+
+use super::args::InfoArgs;
+use super::{CliError, Outcome, plan};
+use crate::frame::{self, Inspected};
+use crate::mesh::{Element, Mesh, Patch, Vertex};
+use crate::radiosity::SplitIrradiance;
+use crate::report::si::{bytes, si};
+use crate::scene::{MeshTarget, Scene, Shape};
+use crate::units::Rgb;
+
+/// Top-level keys that only scene files have.
+const SCENE_KEYS: [&str; 7] = ["version", "camera", "materials", "surface", "mesh", "light", "meshing"];
+
+pub(super) fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
+    if let Some(name) = args.what.to_str().filter(|_| is_board(&args.what)) {
+        let spec = plan::resolve_board(name)?;
+        return Ok(Outcome { text: board_text(&spec), ..Outcome::default() });
+    }
+    let inspected = frame::inspect_scene(&args.what, args.elements)?;
+    Ok(Outcome { text: scene_text(&inspected), warnings: inspected.warnings, check_failed: false })
+}
+
+/// A preset's name, or a TOML file without any key of a scene. Everything else is a scene, or an error as a scene.
+fn is_board(what: &Path) -> bool {
+    if !what.exists() {
+        return what.to_str().is_some_and(|name| BoardSpec::preset_names().contains(&name));
+    }
+    let table = std::fs::read_to_string(what).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    table.is_some_and(|t| !t.is_empty() && !SCENE_KEYS.iter().any(|key| t.contains_key(*key)))
+}
+
+fn board_text(spec: &BoardSpec) -> String {
+    let parameters = spec.parameters();
+    let name = parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).max("parameter".len());
+    let value = parameters.iter().map(|p| p.value.len()).max().unwrap_or(0).max("value".len());
+    let mut out = format!("board {}\n\n{:<name$}  {:<value$}  source\n", spec.name, "parameter", "value");
+    for p in &parameters {
+        let _ = writeln!(out, "{:<name$}  {:<value$}  {}", p.name, p.value, p.source);
+    }
+    let wires = spec.formats.width_table();
+    let wire = wires.iter().map(|w| w.wire.len()).max().unwrap_or(0).max("wire".len());
+    let _ = writeln!(out, "\n{:<wire$}  {:>4}  {:>8}  largest magnitude", "wire", "bits", "fraction");
+    for w in &wires {
+        let _ = writeln!(out, "{:<wire$}  {:>4}  {:>8}  {}", w.wire, w.bits, w.frac_bits, w.max_magnitude);
+    }
+    out
+}
+
+fn scene_text(inspected: &Inspected) -> String {
+    let Inspected { scene, mesh, .. } = inspected;
+    let mut out = format!("scene {}\n\n", scene.path.display());
+    match &scene.camera {
+        Some(c) => {
+            let v = |p: crate::geom::DVec3| format!("({}, {}, {})", p.x, p.y, p.z);
+            let _ = writeln!(
+                out,
+                "camera     eye {} m, target {} m, up {}, {} degrees high",
+                v(c.eye),
+                v(c.target),
+                v(c.up),
+                c.fov_y_deg
+            );
+        }
+        None => out.push_str("camera     none: cannot be rendered, only solved and probed\n"),
+    }
+    let _ = writeln!(out, "lights     {} without area", scene.lights.len());
+    let target = match scene.meshing.target {
+        MeshTarget::Elements(n) => format!("{n} elements wanted"),
+        MeshTarget::MaxElementM(m) => format!("edges up to {}", si(m, "m")),
+    };
+    let _ = writeln!(
+        out,
+        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}",
+        mesh.elements.len(),
+        mesh.vertices.len(),
+        mesh.patches.len(),
+        mesh.n_cast_patches,
+        mesh.n_t_junctions
+    );
+    let (mesh_bytes, solution_bytes) = host_bytes(mesh);
+    let _ = writeln!(out, "memory     mesh {}, solution {}\n", bytes(mesh_bytes), bytes(solution_bytes));
+    materials_table(&mut out, scene);
+    surfaces_table(&mut out, scene, mesh);
+    out
+}
+
+/// Bytes of the mesh's arrays and of a solution over it.
+fn host_bytes(mesh: &Mesh) -> (u64, u64) {
+    let (vertices, elements) = (mesh.vertices.len(), mesh.elements.len());
+    let arrays = vertices * size_of::<Vertex>()
+        + elements * size_of::<Element>()
+        + mesh.patches.len() * size_of::<Patch>();
+    ((arrays) as u64, ((vertices + elements) * size_of::<SplitIrradiance>()) as u64)
+}
+
+fn rgb(c: Rgb) -> String {
+    let [r, g, b] = c.0;
+    if r == g && g == b { format!("{r:.4}") } else { format!("{r:.4} {g:.4} {b:.4}") }
+}
+
+fn materials_table(out: &mut String, scene: &Scene) {
+    let name = scene.materials.iter().map(|m| m.name.len()).max().unwrap_or(0).max("material".len());
+    let _ = writeln!(
+        out,
+        "{:<name$}  {:<22}  {:<22}  {:<22}  ior",
+        "material", "reflectance", "specular", "transmission"
+    );
+    for m in &scene.materials {
+        let _ = writeln!(
+            out,
+            "{:<name$}  {:<22}  {:<22}  {:<22}  {}",
+            m.name,
+            rgb(m.reflectance),
+            rgb(m.specular),
+            rgb(m.transmission),
+            if m.transmission.is_black() { "-".to_owned() } else { m.ior.to_string() }
+        );
+    }
+    out.push('\n');
+}
+
+fn surfaces_table(out: &mut String, scene: &Scene, mesh: &Mesh) {
+    let name = scene.surfaces.iter().map(|s| s.name.len()).max().unwrap_or(0).max("surface".len());
+    let material = scene.materials.iter().map(|m| m.name.len()).max().unwrap_or(0).max("material".len());
+    let _ = writeln!(
+        out,
+        "{:<name$}  {:<8}  {:<material$}  {:>5}  {:>7}  {:>10}  emission (W/m^2)",
+        "surface", "shape", "material", "sides", "patches", "area"
+    );
+    for (surface, patches) in scene.surfaces.iter().zip(&mesh.surfaces) {
+        let shape = match surface.shape {
+            Shape::Quad(_) => "quad",
+            Shape::Triangle(_) => "triangle",
+            Shape::Disk { .. } => "disk",
+            Shape::Sphere { .. } => "sphere",
+            Shape::Cylinder { .. } => "cylinder",
+        };
+        let front = &mesh.patches[patches.front.start as usize..patches.front.end as usize];
+        let area: f64 = front.iter().map(|p| p.area_m2).sum();
+        let _ = writeln!(
+            out,
+            "{:<name$}  {shape:<8}  {:<material$}  {:>5}  {:>7}  {:>10}  {}",
+            surface.name,
+            scene.material(surface).name,
+            if surface.two_sided { 2 } else { 1 },
+            front.len(),
+            format!("{area:.4} m^2"),
+            if surface.exitance.is_black() { "-".to_owned() } else { rgb(surface.exitance) }
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn board_or_scene_is_told_by_preset_name_and_by_keys() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            let path = dir.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        assert!(is_board(Path::new("delft-1992")));
+        assert!(!is_board(Path::new("no-such-thing")));
+        assert!(is_board(&file("board.toml", "clock_mhz = 33.0\n")));
+        assert!(!is_board(&file("scene.toml", "version = 1\n[[surface]]\nname = 'a'\n")));
+        assert!(!is_board(&file("broken.toml", "version = \n")));
+        assert!(!is_board(&file("empty.toml", "")));
+        assert!(!is_board(dir.path()));
+    }
+}

@@ -1,0 +1,111 @@
+//! `radeng render`: both passes, pictures, report, summary.
+
+use super::args::RenderArgs;
+use super::plan;
+use super::progress::Bars;
+use super::{CliError, Outcome};
+use crate::frame::{self, CasterChoice, Frame, FrameOptions, PassOne};
+use crate::image::exr::encode_exr;
+use crate::image::png::encode_png;
+use crate::image::{Exposure, OutputFiles, PictureFormat};
+use crate::radiosity::SolveOptions;
+use crate::radiosity::summary::summarise;
+use crate::render::RenderOptions;
+use crate::report::{self, BackHits, BoardReport, PassOneReport, PictureFact, RenderReport, SceneFacts};
+
+pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
+    let pictures = plan::resolve_pictures(args)?;
+    plan::check_outputs(pictures.iter().map(|(p, _)| p.as_path()), &[(args.report.as_deref(), "json")])?;
+    let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
+    let picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
+
+    let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
+    let mut frame = frame::render_frame(&args.scene, &options, &picture, &mut |p| bars.show(p))?;
+    bars.finish();
+
+    let mut files = OutputFiles::new();
+    let facts = stage_pictures(&mut frame, &pictures, args.exposure, &mut files)?;
+    let report = document(&frame, &options, picture, facts);
+    if let Some(path) = &args.report {
+        files.stage(path, report::to_json(&report));
+    }
+    files.commit()?;
+    Ok(Outcome {
+        text: report::terminal::render_summary(&report),
+        warnings: report.warnings,
+        check_failed: false,
+    })
+}
+
+/// Camera rays of a picture.
+pub(super) fn n_camera_rays(picture: &RenderOptions) -> u64 {
+    u64::from(picture.width) * u64::from(picture.height) * u64::from(picture.samples)
+}
+
+fn stage_pictures(
+    frame: &mut Frame,
+    pictures: &plan::Pictures,
+    exposure: Exposure,
+    files: &mut OutputFiles,
+) -> Result<Vec<PictureFact>, CliError> {
+    let film = &frame.rendering.film;
+    frame.timings.measure("encode", || {
+        let resolved = exposure.resolve(film);
+        let mut facts = Vec::with_capacity(pictures.len());
+        for (path, format) in pictures {
+            let (bytes, exposure) = match format {
+                PictureFormat::Exr => (encode_exr(film)?, None),
+                PictureFormat::Png => (encode_png(film, resolved)?, Some(resolved)),
+            };
+            files.stage(path, bytes);
+            facts.push(PictureFact { path: path.clone(), exposure });
+        }
+        Ok(facts)
+    })
+}
+
+fn document(
+    frame: &Frame,
+    options: &FrameOptions,
+    picture: RenderOptions,
+    pictures: Vec<PictureFact>,
+) -> RenderReport {
+    let names = frame.scene.surfaces.iter().map(|s| s.name.clone());
+    let back_hits = names.zip(&frame.rendering.back_hits).filter(|(_, rays)| **rays > 0);
+    RenderReport {
+        schema: RenderReport::SCHEMA,
+        scene: SceneFacts::new(&frame.scene, &frame.mesh),
+        caster: frame.caster,
+        options: picture,
+        pictures,
+        mean_luminance: frame.rendering.film.mean_luminance(),
+        n_camera_rays: frame.rendering.n_camera_rays,
+        back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
+        pass_1: PassOneReport::new(
+            &frame.solution,
+            frame.solve_options,
+            loaded_from(&options.pass_1),
+            summarise(&frame.scene, &frame.mesh, &frame.solution),
+        ),
+        board: board_report(options, frame.board.as_ref()),
+        timings: frame.timings.clone(),
+        warnings: frame.warnings.clone(),
+    }
+}
+
+/// The file that a solution was read from.
+pub(super) fn loaded_from(pass_1: &PassOne) -> Option<std::path::PathBuf> {
+    match pass_1 {
+        PassOne::Load(path) => Some(path.clone()),
+        PassOne::Solve(_) => None,
+    }
+}
+
+/// The board's part of a report.
+pub(super) fn board_report(
+    options: &FrameOptions,
+    statistics: Option<&frame::StatisticsByPurpose>,
+) -> Option<BoardReport> {
+    let (CasterChoice::Board(spec), Some(statistics)) = (&options.caster, statistics) else { return None };
+    Some(BoardReport::new(spec, statistics))
+}

@@ -1,0 +1,57 @@
+//! `radeng solve`: pass 1, the solution's file, report, summary.
+
+use super::args::SolveArgs;
+use super::progress::Bars;
+use super::render::{board_report, loaded_from};
+use super::{CliError, Outcome, plan};
+use crate::frame::{self, FrameOptions, PassOne, Solved};
+use crate::image::OutputFiles;
+use crate::radiosity::summary::summarise;
+use crate::radiosity::{SolveOptions, solution_file};
+use crate::report::{self, PassOneReport, SceneFacts, SolveReport};
+
+pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
+    if !(args.unshot > 0.0 && args.unshot < 1.0) {
+        return Err(CliError::Usage(format!("--unshot {}: expected a share between 0 and 1", args.unshot)));
+    }
+    plan::check_outputs([], &[(Some(&args.output), "radsol"), (args.report.as_deref(), "json")])?;
+    let mut options = plan::resolve_frame(&args.cast, None)?;
+    options.pass_1 = PassOne::Solve(SolveOptions {
+        unshot_share: args.unshot,
+        seed: args.cast.seed,
+        ..SolveOptions::default()
+    });
+
+    let mut bars = Bars::new(args.unshot, 0);
+    let solved = frame::solve_scene(&args.scene, &options, &mut |p| bars.show(p))?;
+    bars.finish();
+
+    let report = document(&solved, &options);
+    let mut files = OutputFiles::new();
+    if let Some(path) = &args.report {
+        files.stage(path, report::to_json(&report));
+    }
+    files.commit_with(|| -> Result<(), CliError> {
+        let Solved { scene, mesh, solution, solve_options, .. } = &solved;
+        Ok(solution_file::save(&args.output, scene, mesh, solve_options, solution)?)
+    })?;
+    let text = report::terminal::solve_summary(&report);
+    Ok(Outcome { text, warnings: report.warnings, check_failed: false })
+}
+
+fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {
+    SolveReport {
+        schema: SolveReport::SCHEMA,
+        scene: SceneFacts::new(&solved.scene, &solved.mesh),
+        caster: solved.caster,
+        pass_1: PassOneReport::new(
+            &solved.solution,
+            solved.solve_options,
+            loaded_from(&options.pass_1),
+            summarise(&solved.scene, &solved.mesh, &solved.solution),
+        ),
+        board: board_report(options, solved.board.as_ref()),
+        timings: solved.timings.clone(),
+        warnings: solved.warnings.clone(),
+    }
+}

@@ -1,0 +1,251 @@
+//! Output files: checked before the long work, staged as bytes, put in place all together at the end.
+//!
+//! ```text
+//! paths --check_target--> (long work) --stage(path, bytes)*--> commit: write beside, flush, rename
+//! ```
+//! A file is replaced by one rename: whoever looks sees the old file or the new one, never half of one.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use atomic_write_file::AtomicWriteFile;
+
+/// An output that cannot be.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The extension names no format that can be written.
+    #[error("{path}: cannot write {what}; pictures are .exr (linear) or .png (sRGB)", path = path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with its extension.
+        what: String,
+    },
+    /// The place cannot take a file.
+    #[error("{path}: {what}", path = path.display())]
+    Target {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        what: String,
+    },
+    /// One path was named for two outputs.
+    #[error("{path}: named twice as an output", path = path.display())]
+    Duplicate {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Writing failed.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// An encoder refused the picture.
+    #[error("the picture cannot be encoded as {format}: {what}")]
+    Encode {
+        /// The format.
+        format: &'static str,
+        /// What the encoder said.
+        what: String,
+    },
+}
+
+/// Formats that pictures are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PictureFormat {
+    /// Linear f32.
+    Exr,
+    /// 8 bit sRGB.
+    Png,
+}
+
+impl PictureFormat {
+    /// The format that a path's extension names, upper or lower case.
+    ///
+    /// # Errors
+    /// [`OutputError::Extension`] for all others.
+    pub fn of(path: &Path) -> Result<PictureFormat, OutputError> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let what = match extension.as_deref() {
+            Some("exr") => return Ok(PictureFormat::Exr),
+            Some("png") => return Ok(PictureFormat::Png),
+            Some("hdr") => "'.hdr' yet".to_owned(),
+            Some(other) => format!("'.{other}'"),
+            None => "a picture without an extension".to_owned(),
+        };
+        Err(OutputError::Extension { path: path.to_owned(), what })
+    }
+}
+
+/// Checks that a file can be written at `path`: its folder exists and takes files. Leaves nothing behind.
+///
+/// # Errors
+/// [`OutputError::Target`] with the reason.
+pub fn check_target(path: &Path) -> Result<(), OutputError> {
+    let fault = |what: String| Err(OutputError::Target { path: path.to_owned(), what });
+    if path.file_name().is_none() {
+        return fault("not a file name".to_owned());
+    }
+    if path.is_dir() {
+        return fault("is a folder, expected a file name".to_owned());
+    }
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return fault(format!("the folder {} does not exist", folder.display()));
+    }
+    match AtomicWriteFile::open(path).and_then(AtomicWriteFile::discard) {
+        Ok(()) => Ok(()),
+        Err(e) => fault(format!("cannot write here: {e}")),
+    }
+}
+
+/// Checks every path as [`check_target`] does, and that none is named twice.
+///
+/// # Errors
+/// The first path that cannot be.
+pub fn check_targets<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(), OutputError> {
+    let mut seen: Vec<&Path> = Vec::new();
+    for path in paths {
+        if seen.contains(&path) {
+            return Err(OutputError::Duplicate { path: path.to_owned() });
+        }
+        check_target(path)?;
+        seen.push(path);
+    }
+    Ok(())
+}
+
+/// Files to be written together: nothing shows before [`OutputFiles::commit`].
+#[derive(Debug, Default)]
+pub struct OutputFiles {
+    staged: Vec<(PathBuf, Vec<u8>)>,
+}
+
+impl OutputFiles {
+    /// Nothing staged.
+    pub fn new() -> OutputFiles {
+        OutputFiles::default()
+    }
+
+    /// Adds a file.
+    pub fn stage(&mut self, path: &Path, bytes: Vec<u8>) {
+        self.staged.push((path.to_owned(), bytes));
+    }
+
+    /// Writes all files beside their places, then renames each into place.
+    ///
+    /// # Errors
+    /// When a file could not be written: then no place was touched, unless a rename itself failed.
+    pub fn commit(self) -> Result<(), OutputError> {
+        self.commit_with(|| Ok(()))
+    }
+
+    /// As [`OutputFiles::commit`], with a write of the caller's between: it runs when all staged files are written
+    /// and none is in place, and when it fails none will be.
+    ///
+    /// # Errors
+    /// As [`OutputFiles::commit`], or what `write` returns.
+    pub fn commit_with<E: From<OutputError>>(self, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
+        let mut written = Vec::with_capacity(self.staged.len());
+        for (path, bytes) in &self.staged {
+            let io = |source| OutputError::Io { path: path.clone(), source };
+            let mut file = AtomicWriteFile::open(path).map_err(io)?;
+            file.write_all(bytes).map_err(io)?;
+            written.push((path, file));
+        }
+        write()?;
+        for (path, file) in written {
+            file.commit().map_err(|source| OutputError::Io { path: path.clone(), source })?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(dir: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(dir)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn format_of_known_extensions_is_found_in_any_case_and_others_are_refused() {
+        assert_eq!(PictureFormat::of(Path::new("a/b.exr")).unwrap(), PictureFormat::Exr);
+        assert_eq!(PictureFormat::of(Path::new("b.PNG")).unwrap(), PictureFormat::Png);
+        for bad in ["a.hdr", "a.jpg", "a", "a.exr/"] {
+            if let Err(e) = PictureFormat::of(Path::new(bad)) {
+                assert!(e.to_string().contains(".exr (linear) or .png (sRGB)"), "{e}");
+            } else {
+                assert_eq!(bad, "a.exr/");
+            }
+        }
+    }
+
+    #[test]
+    fn check_of_a_good_target_leaves_nothing_behind_and_keeps_the_old_file() {
+        let dir = tempfile::tempdir().unwrap();
+        check_target(&dir.path().join("new.png")).unwrap();
+        assert!(names(dir.path()).is_empty());
+        let old = dir.path().join("old.png");
+        std::fs::write(&old, "old").unwrap();
+        check_target(&old).unwrap();
+        assert_eq!(std::fs::read(&old).unwrap(), b"old");
+    }
+
+    #[test]
+    fn check_of_a_missing_folder_a_folder_and_a_double_name_says_so() {
+        let dir = tempfile::tempdir().unwrap();
+        let missing = dir.path().join("none/a.png");
+        assert!(check_target(&missing).unwrap_err().to_string().contains("does not exist"));
+        assert!(check_target(dir.path()).unwrap_err().to_string().contains("is a folder"));
+        let a = dir.path().join("a.png");
+        assert!(matches!(check_targets([a.as_path(), a.as_path()]), Err(OutputError::Duplicate { .. })));
+    }
+
+    #[test]
+    fn commit_with_one_bad_place_touches_no_other_place() {
+        let dir = tempfile::tempdir().unwrap();
+        let good = dir.path().join("good.png");
+        std::fs::write(&good, "old").unwrap();
+        let mut files = OutputFiles::new();
+        files.stage(&good, b"new".to_vec());
+        files.stage(&dir.path().join("none/bad.png"), b"new".to_vec());
+        assert!(files.commit().is_err());
+        assert_eq!(std::fs::read(&good).unwrap(), b"old");
+        assert_eq!(names(dir.path()), ["good.png"]);
+    }
+
+    #[test]
+    fn commit_with_a_failing_write_puts_nothing_in_place() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut files = OutputFiles::new();
+        files.stage(&dir.path().join("a"), b"1".to_vec());
+        let no = || Err(OutputError::Encode { format: "PNG", what: "no".to_owned() });
+        assert!(files.commit_with(no).is_err());
+        assert!(names(dir.path()).is_empty());
+    }
+
+    #[test]
+    fn commit_of_two_files_puts_both_in_place_without_leftovers() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut files = OutputFiles::new();
+        files.stage(&dir.path().join("a"), b"1".to_vec());
+        files.stage(&dir.path().join("b"), b"2".to_vec());
+        files.commit().unwrap();
+        assert_eq!(names(dir.path()), ["a", "b"]);
+        assert_eq!(std::fs::read(dir.path().join("b")).unwrap(), b"2");
+    }
+}

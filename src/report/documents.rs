@@ -1,0 +1,285 @@
+//! The JSON reports, one struct a subcommand; field names are the contract (`"schema": "radeng/<name>/1"`).
+//!
+//! ```text
+//! Scene, Mesh, Solution, Timings, board statistics --> SceneFacts, SolveFacts, BoardReport --> one report
+//! ```
+//! Whatever a result depends on (scene path, resolved options and board) is written in, so that it can be made
+//! again.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::{BoardReport, Timings};
+use crate::image::{Difference, ResolvedExposure};
+use crate::mesh::Mesh;
+use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
+use crate::radiosity::{EnergyAccount, RowSumError, Solution, SolveOptions};
+use crate::render::RenderOptions;
+use crate::scene::Scene;
+use crate::units::{Irradiance, Rgb};
+
+/// Size of a scene and its mesh.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SceneFacts {
+    /// The scene file.
+    pub path: PathBuf,
+    /// Surfaces.
+    pub n_surfaces: usize,
+    /// Materials.
+    pub n_materials: usize,
+    /// Lights without area.
+    pub n_lights: usize,
+    /// Elements, all sides.
+    pub n_elements: usize,
+    /// Mesh vertices.
+    pub n_vertices: usize,
+    /// Patches, all sides.
+    pub n_patches: usize,
+    /// Patches that casters know.
+    pub n_cast_patches: usize,
+    /// Edges with a hanging vertex.
+    pub n_t_junctions: usize,
+}
+
+impl SceneFacts {
+    /// The facts of a scene and its mesh.
+    pub fn new(scene: &Scene, mesh: &Mesh) -> SceneFacts {
+        SceneFacts {
+            path: scene.path.clone(),
+            n_surfaces: scene.surfaces.len(),
+            n_materials: scene.materials.len(),
+            n_lights: scene.lights.len(),
+            n_elements: mesh.elements.len(),
+            n_vertices: mesh.vertices.len(),
+            n_patches: mesh.patches.len(),
+            n_cast_patches: mesh.n_cast_patches,
+            n_t_junctions: mesh.n_t_junctions,
+        }
+    }
+}
+
+/// What pass 1 found, at the top level of `solve` and `render` reports.
+#[derive(Clone, Debug, Serialize)]
+pub struct PassOneReport {
+    /// How the solution came to be.
+    pub pass_1: PassOneFacts,
+    /// Where the power went (W).
+    pub account: EnergyAccount,
+    /// Row-sum error of the form factors, before any correction.
+    pub row_sum_error: RowSumError,
+    /// Per surface, in file order.
+    pub surfaces: Vec<SurfaceSummary>,
+    /// Sums over the surfaces.
+    pub totals: Totals,
+}
+
+/// How a solution came to be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassOneFacts {
+    /// Options, of this run or of the one that wrote the file.
+    pub options: SolveOptions,
+    /// The file that it was read from, when it was not computed.
+    pub loaded_from: Option<PathBuf>,
+    /// Shots taken.
+    pub n_shots: usize,
+    /// Patches that shot.
+    pub n_shooters: usize,
+    /// Visibility rays cast.
+    pub n_rays: u64,
+}
+
+impl PassOneReport {
+    /// The report of a solution that was computed with `options`, now or before it was read from `loaded_from`.
+    pub fn new(
+        solution: &Solution,
+        options: SolveOptions,
+        loaded_from: Option<PathBuf>,
+        surfaces: Vec<SurfaceSummary>,
+    ) -> PassOneReport {
+        PassOneReport {
+            pass_1: PassOneFacts {
+                options,
+                loaded_from,
+                n_shots: solution.n_shots,
+                n_shooters: solution.n_shooters,
+                n_rays: solution.n_rays,
+            },
+            account: solution.account,
+            row_sum_error: solution.row_sum_error,
+            totals: totals(&surfaces),
+            surfaces,
+        }
+    }
+}
+
+/// A picture file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PictureFact {
+    /// Where.
+    pub path: PathBuf,
+    /// Its exposure; linear files have none.
+    pub exposure: Option<ResolvedExposure>,
+}
+
+/// Camera rays that first met the black back of a surface.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BackHits {
+    /// The surface.
+    pub surface: String,
+    /// Rays.
+    pub rays: u64,
+}
+
+/// `render --report`.
+#[derive(Clone, Debug, Serialize)]
+pub struct RenderReport {
+    /// [`RenderReport::SCHEMA`].
+    pub schema: &'static str,
+    /// The scene.
+    pub scene: SceneFacts,
+    /// Which caster answered the rays.
+    pub caster: &'static str,
+    /// Options of pass 2.
+    pub options: RenderOptions,
+    /// Files written.
+    pub pictures: Vec<PictureFact>,
+    /// Mean luminance of the picture (W/m^2/sr).
+    pub mean_luminance: f64,
+    /// Camera rays.
+    pub n_camera_rays: u64,
+    /// Camera rays that first met a back, for each surface with any.
+    pub back_hits: Vec<BackHits>,
+    /// Pass 1.
+    #[serde(flatten)]
+    pub pass_1: PassOneReport,
+    /// The board's work, when a board was emulated.
+    pub board: Option<BoardReport>,
+    /// Wall times.
+    pub timings: Timings,
+    /// Warnings, as shown.
+    pub warnings: Vec<String>,
+}
+
+impl RenderReport {
+    /// Its schema.
+    pub const SCHEMA: &'static str = "radeng/render/1";
+}
+
+/// `solve --report`.
+#[derive(Clone, Debug, Serialize)]
+pub struct SolveReport {
+    /// [`SolveReport::SCHEMA`].
+    pub schema: &'static str,
+    /// The scene.
+    pub scene: SceneFacts,
+    /// Which caster answered the rays.
+    pub caster: &'static str,
+    /// Pass 1.
+    #[serde(flatten)]
+    pub pass_1: PassOneReport,
+    /// The board's work, when a board was emulated.
+    pub board: Option<BoardReport>,
+    /// Wall times.
+    pub timings: Timings,
+    /// Warnings, as shown.
+    pub warnings: Vec<String>,
+}
+
+impl SolveReport {
+    /// Its schema.
+    pub const SCHEMA: &'static str = "radeng/solve/1";
+}
+
+/// `simulate --report`.
+#[derive(Clone, Debug, Serialize)]
+pub struct SimulateReport {
+    /// [`SimulateReport::SCHEMA`].
+    pub schema: &'static str,
+    /// The scene.
+    pub scene: SceneFacts,
+    /// What was traced: `primary`, `radiosity`, `shadow`, `all` or `rays`.
+    pub workload: &'static str,
+    /// The file with explicit rays.
+    pub rays_file: Option<PathBuf>,
+    /// Options of the picture whose rays these are.
+    pub options: RenderOptions,
+    /// Options of pass 1.
+    pub solve_options: SolveOptions,
+    /// The board's work.
+    #[serde(flatten)]
+    pub board: BoardReport,
+    /// Wall times of the emulation.
+    pub timings: Timings,
+    /// Warnings, as shown.
+    pub warnings: Vec<String>,
+}
+
+impl SimulateReport {
+    /// Its schema.
+    pub const SCHEMA: &'static str = "radeng/simulate/1";
+}
+
+/// One probed point, as in `probe --json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ProbedPoint {
+    /// Where (m).
+    pub at: DVec3,
+    /// Unit normal of the receiver.
+    pub normal: DVec3,
+    /// Irradiance (W/m^2).
+    pub irradiance_w_m2: Rgb,
+    /// Illuminance (lx).
+    pub illuminance_lx: f64,
+}
+
+impl ProbedPoint {
+    /// A point with its irradiance.
+    pub fn new(at: DVec3, normal: DVec3, irradiance: Irradiance) -> ProbedPoint {
+        ProbedPoint { at, normal, irradiance_w_m2: irradiance.0, illuminance_lx: irradiance.illuminance_lx() }
+    }
+}
+
+/// `probe --report`.
+#[derive(Clone, Debug, Serialize)]
+pub struct ProbeReport {
+    /// [`ProbeReport::SCHEMA`].
+    pub schema: &'static str,
+    /// The scene.
+    pub scene: SceneFacts,
+    /// Which caster answered the rays.
+    pub caster: &'static str,
+    /// True when the values are those stored on the mesh, not integrated at the points.
+    pub interpolated: bool,
+    /// The points in the order in which they were asked for.
+    pub points: Vec<ProbedPoint>,
+    /// Wall times.
+    pub timings: Timings,
+}
+
+impl ProbeReport {
+    /// Its schema.
+    pub const SCHEMA: &'static str = "radeng/probe/1";
+}
+
+/// `compare --report`.
+#[derive(Clone, Debug, Serialize)]
+pub struct CompareReport {
+    /// [`CompareReport::SCHEMA`].
+    pub schema: &'static str,
+    /// The reference.
+    pub a: PathBuf,
+    /// What is compared with it.
+    pub b: PathBuf,
+    /// The difference.
+    #[serde(flatten)]
+    pub difference: Difference,
+    /// False when a threshold was given and a pixel exceeds it.
+    pub passed: bool,
+}
+
+impl CompareReport {
+    /// Its schema.
+    pub const SCHEMA: &'static str = "radeng/compare/1";
+}

@@ -1,0 +1,315 @@
+//! The summaries that end a run: aligned plain text, one screen, SI prefixes.
+//!
+//! ```text
+//! label     value, value, value
+//! ```
+
+use std::fmt::Write as _;
+
+use rtl_model::sim::Cause;
+
+use super::si::{bytes, count, percent, share, si};
+use super::{
+    BoardReport, CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport,
+    SolveReport, Timings,
+};
+use crate::raycast::Purpose;
+
+/// Width of the label column.
+const LABEL: usize = 11;
+
+fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
+    // Writing to a String cannot fail.
+    let _ = writeln!(out, "{label:<LABEL$}{text}");
+}
+
+/// What `render` ends with.
+pub fn render_summary(r: &RenderReport) -> String {
+    let mut out = String::new();
+    scene_line(&mut out, &r.scene);
+    pass_1_lines(&mut out, &r.pass_1);
+    let o = &r.options;
+    line(
+        &mut out,
+        "pass 2",
+        format_args!(
+            "{} x {} pixels, {} per pixel, {n} x {n} shadow strata, {} reconstruction, {} caster",
+            o.width,
+            o.height,
+            count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
+            format!("{:?}", o.reconstruct).to_lowercase(),
+            r.caster,
+            n = o.shadow_strata,
+        ),
+    );
+    if let Some(board) = &r.board {
+        board_lines(&mut out, board);
+    }
+    for (i, picture) in r.pictures.iter().enumerate() {
+        let how = match picture.exposure {
+            Some(e) if e.auto => format!("sRGB, EV {:+.2} (auto)", e.ev),
+            Some(e) => format!("sRGB, EV {:+.2}", e.ev),
+            None => "linear, W/m^2/sr".to_owned(),
+        };
+        line(
+            &mut out,
+            if i == 0 { "pictures" } else { "" },
+            format_args!("{}  {how}", picture.path.display()),
+        );
+    }
+    time_line(&mut out, &r.timings);
+    out
+}
+
+/// What `solve` ends with.
+pub fn solve_summary(r: &SolveReport) -> String {
+    let mut out = String::new();
+    scene_line(&mut out, &r.scene);
+    pass_1_lines(&mut out, &r.pass_1);
+    if let Some(board) = &r.board {
+        board_lines(&mut out, board);
+    }
+    time_line(&mut out, &r.timings);
+    out
+}
+
+/// What `simulate` ends with.
+pub fn simulate_summary(r: &SimulateReport) -> String {
+    let mut out = String::new();
+    scene_line(&mut out, &r.scene);
+    line(&mut out, "workload", r.workload);
+    board_lines(&mut out, &r.board);
+    let _ = writeln!(out, "\nshare of the cycles by cause, per block");
+    let name_width = r.board.blocks.iter().map(|b| b.block.len()).max().unwrap_or(0).max(5);
+    let _ = write!(out, "{:<name_width$}", "block");
+    for cause in Cause::ALL {
+        let _ = write!(out, " {:>11}", cause.name());
+    }
+    out.push('\n');
+    for block in &r.board.blocks {
+        let _ = write!(out, "{:<name_width$}", block.block);
+        for cause in Cause::ALL {
+            let s = share(block.cycles.of(cause), block.cycles.total());
+            let _ = write!(out, " {:>9.1} %", 100.0 * s);
+        }
+        out.push('\n');
+    }
+    out.push('\n');
+    time_line(&mut out, &r.timings);
+    out
+}
+
+/// The table of `probe`.
+pub fn probe_table(points: &[ProbedPoint]) -> String {
+    let mut out =
+        format!("{:>28}  {:>22}  {:>33}  {:>12}\n", "at (m)", "normal", "irradiance r g b (W/m^2)", "lux");
+    for p in points {
+        let [r, g, b] = p.irradiance_w_m2.0;
+        let _ = writeln!(
+            out,
+            "{:>28}  {:>22}  {r:>11.5e}{g:>11.4e}{b:>11.4e}  {:>12.4}",
+            format!("{:.4} {:.4} {:.4}", p.at.x, p.at.y, p.at.z),
+            format!("{:.3} {:.3} {:.3}", p.normal.x, p.normal.y, p.normal.z),
+            p.illuminance_lx
+        );
+    }
+    out
+}
+
+/// What `compare` prints.
+pub fn compare_summary(r: &CompareReport) -> String {
+    let d = &r.difference;
+    let mut out = String::new();
+    let of_all = |n: u64| format!("{n} of {} pixels ({})", d.n_pixels, percent(share(n, d.n_pixels)));
+    line(&mut out, "differ", of_all(d.n_differing));
+    line(
+        &mut out,
+        "over 1 %",
+        format_args!("{} by more than 1 % of the mean luminance", of_all(d.n_over_1_percent)),
+    );
+    line(&mut out, "over 5 %", format_args!("{} by more than 5 %", of_all(d.n_over_5_percent)));
+    if d.n_not_finite > 0 {
+        line(&mut out, "not finite", of_all(d.n_not_finite));
+    }
+    match d.max_at {
+        Some([x, y]) => line(
+            &mut out,
+            "largest",
+            format_args!(
+                "{:.4e} W/m^2/sr = {} of the mean, at column {x}, row {y}",
+                d.max_absolute,
+                percent(d.max_relative)
+            ),
+        ),
+        None => line(&mut out, "largest", "0"),
+    }
+    line(&mut out, "RMSE", format_args!("{} of the mean luminance", percent(d.rmse_relative)));
+    line(
+        &mut out,
+        "mean",
+        format_args!("{:.6e} and {:.6e} W/m^2/sr", d.mean_luminance_a, d.mean_luminance_b),
+    );
+    if let Some(limit) = d.threshold {
+        let verdict = if r.passed { "passed" } else { "FAILED" };
+        line(
+            &mut out,
+            verdict,
+            format_args!("{} over the threshold {}", of_all(d.n_over_threshold), percent(limit)),
+        );
+    }
+    out
+}
+
+fn scene_line(out: &mut String, s: &SceneFacts) {
+    line(
+        out,
+        "scene",
+        format_args!(
+            "{}: {} surfaces, {} elements, {} patches",
+            s.path.display(),
+            s.n_surfaces,
+            s.n_elements,
+            s.n_patches
+        ),
+    );
+}
+
+fn pass_1_lines(out: &mut String, r: &PassOneReport) {
+    let p = &r.pass_1;
+    let from = p.loaded_from.as_ref().map(|f| format!(" (from {})", f.display())).unwrap_or_default();
+    line(
+        out,
+        "pass 1",
+        format_args!(
+            "{} by {}, {}, row-sum error {} mean, {} max{from}",
+            count(p.n_shots as u64, "shots"),
+            count(p.n_shooters as u64, "patches"),
+            count(p.n_rays, "rays"),
+            percent(r.row_sum_error.mean),
+            percent(r.row_sum_error.max),
+        ),
+    );
+    let a = &r.account;
+    let w = |rgb: crate::units::Rgb| si(rgb.sum(), "W");
+    let emitted = a.emitted_w.sum();
+    let residual = if emitted == 0.0 { 0.0 } else { a.residual_w.sum() / emitted };
+    line(
+        out,
+        "energy",
+        format_args!(
+            "emitted {} = absorbed {} + unshot {} + openings {} + specular {} + backs {}",
+            w(a.emitted_w),
+            w(a.absorbed_w),
+            w(a.unshot_w),
+            w(a.lost_w),
+            w(a.specular_w),
+            w(a.back_w),
+        ),
+    );
+    line(
+        out,
+        "",
+        format_args!("+ residual {} ({} of the emitted); r + g + b", w(a.residual_w), percent(residual)),
+    );
+}
+
+fn board_lines(out: &mut String, b: &BoardReport) {
+    let t = &b.total;
+    let clock = si(b.spec.clock_mhz * 1e6, "Hz");
+    line(
+        out,
+        "board",
+        format_args!(
+            "{}, emulated: {} = {} at {clock}",
+            b.spec.name,
+            count(t.cycles, "cycles"),
+            si(t.seconds_at_clock, "s")
+        ),
+    );
+    line(
+        out,
+        "  rays",
+        format_args!(
+            "{}, {} hit, {} at the board clock",
+            count(t.rays, "rays"),
+            percent(share(t.hits, t.rays)),
+            si(t.rays_per_second_at_clock, "rays/s")
+        ),
+    );
+    line(
+        out,
+        "  tests",
+        format_args!(
+            "{} in {}, {:.3} tests/cycle, ICU utilisation {}",
+            count(t.tests, "tests"),
+            count(t.cells, "cells"),
+            t.tests_per_cycle,
+            percent(t.icu_utilisation)
+        ),
+    );
+    line(out, "  bus", format_args!("{} down, {} up", bytes(t.bus_down_bytes), bytes(t.bus_up_bytes)));
+    if let Some(block) = b.busiest() {
+        let work = share(block.cycles.of(Cause::Work), block.cycles.total());
+        line(out, "  busiest", format_args!("{}: works in {} of the cycles", block.block, percent(work)));
+    }
+    match b.most_stalled() {
+        Some(block) => {
+            let all = block.cycles.total();
+            let (cause, cycles) = block.cycles.leading_stall().unwrap_or((Cause::OutputFull, 0));
+            line(
+                out,
+                "  stalled",
+                format_args!(
+                    "{}: holds work and waits in {} of the cycles, mostly for {} ({})",
+                    block.block,
+                    percent(share(block.cycles.stalled(), all)),
+                    stall_name(cause),
+                    percent(share(cycles, all))
+                ),
+            );
+        }
+        None => line(out, "  stalled", "no block held work and waited"),
+    }
+    for p in &b.by_purpose {
+        line(
+            out,
+            "",
+            format_args!(
+                "{:<12} {:>12} {:>13} {:>14}  {} at the clock",
+                purpose_name(p.purpose),
+                count(p.counts.rays, "rays"),
+                count(p.counts.tests, "tests"),
+                count(p.counts.cycles, "cycles"),
+                si(p.counts.rays_per_second_at_clock, "rays/s")
+            ),
+        );
+    }
+}
+
+fn time_line(out: &mut String, t: &Timings) {
+    let phases: Vec<String> = t.phases.iter().map(|p| format!("{} {}", p.name, si(p.seconds, "s"))).collect();
+    line(out, "wall time", format_args!("{} ({})", si(t.total_seconds, "s"), phases.join(", ")));
+}
+
+/// What a stalled block waits for.
+fn stall_name(cause: Cause) -> &'static str {
+    match cause {
+        Cause::OutputFull => "room at its output",
+        Cause::Resource => "a unit of its own",
+        Cause::CacheMiss => "a cache miss",
+        Cause::Memory => "the memory",
+        Cause::Bus => "the bus",
+        other => other.name(),
+    }
+}
+
+/// A purpose as people read it.
+pub fn purpose_name(purpose: Purpose) -> &'static str {
+    match purpose {
+        Purpose::Primary => "primary",
+        Purpose::FormFactor => "form factors",
+        Purpose::Shadow => "shadow",
+        Purpose::Specular => "specular",
+        Purpose::Probe => "probe",
+    }
+}

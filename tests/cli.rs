@@ -1,0 +1,367 @@
+//! The command line from outside: help, exit statuses, no file left after a failure, reports that parse.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use radiosity_engine::image::Film;
+use radiosity_engine::image::exr::encode_exr;
+use radiosity_engine::units::Rgb;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SUBCOMMANDS: [&str; 6] = ["render", "solve", "probe", "simulate", "compare", "info"];
+
+/// A folder to run in; every file that a command leaves shows here.
+struct Place {
+    dir: TempDir,
+}
+
+/// What a command did.
+struct Run {
+    status: i32,
+    stdout: String,
+    stderr: String,
+}
+
+impl Place {
+    fn new() -> Place {
+        Place { dir: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn run(&self, args: &[&str]) -> Run {
+        let output = cargo_bin_cmd!("radeng")
+            .current_dir(self.dir.path())
+            .env("NO_COLOR", "1")
+            .args(args)
+            .output()
+            .unwrap();
+        Run {
+            status: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    /// Runs and expects success.
+    fn ok(&self, args: &[&str]) -> Run {
+        let run = self.run(args);
+        assert_eq!(run.status, 0, "{args:?}\n{}{}", run.stdout, run.stderr);
+        run
+    }
+
+    /// Runs and expects exit status 2, a message that holds `expected`, and no file beside `before`.
+    fn refused(&self, args: &[&str], expected: &str) {
+        let before = self.names();
+        let run = self.run(args);
+        assert_eq!(run.status, 2, "{args:?}\n{}{}", run.stdout, run.stderr);
+        // The terminal's report may break lines anywhere.
+        let message = run.stderr.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        assert!(message.contains(expected), "{args:?}: expected '{expected}' in\n{}", run.stderr);
+        assert!(!run.stderr.contains("panicked"), "{args:?}\n{}", run.stderr);
+        assert_eq!(self.names(), before, "{args:?} left a file");
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.dir.path()).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&std::fs::read(self.path(name)).unwrap()).unwrap()
+    }
+
+    fn exr(&self, name: &str, pixels: Vec<Rgb>) {
+        let film = Film::from_pixels(pixels.len(), 1, pixels);
+        std::fs::write(self.path(name), encode_exr(&film).unwrap()).unwrap();
+    }
+}
+
+fn scene(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml");
+    path.to_str().unwrap().to_owned()
+}
+
+const SMALL: [&str; 6] = ["--elements", "96", "--width", "16", "--height", "12"];
+
+#[test]
+fn help_of_every_subcommand_says_what_it_does_and_gives_examples() {
+    let place = Place::new();
+    let top = place.ok(&["--help"]).stdout;
+    for name in SUBCOMMANDS {
+        assert!(top.contains(name), "{name} is missing in\n{top}");
+        let help = place.ok(&[name, "--help"]).stdout;
+        assert!(help.contains("Examples:") && help.contains("Usage: radeng"), "{name}\n{help}");
+    }
+}
+
+#[test]
+fn bad_flags_exit_with_2_and_name_the_flag() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    place.refused(&["render", &furnace, "--no-such-flag"], "--no-such-flag");
+    place.refused(&["render", &furnace, "--samples", "17"], "17");
+    place.refused(&["render", &furnace, "--exposure", "bright"], "bright");
+    place.refused(&["render", &furnace, "--elements", "1000000000"], "1000000000");
+    place.refused(&["render", &furnace, "--caster", "software", "--board", "minimal"], "--caster software");
+    place.refused(&["render", &furnace, "--board", "delft-1991"], "delft-1991");
+    place.refused(&["solve", &furnace, "-o", "s.radsol", "--unshot", "0"], "--unshot");
+    place.refused(&["probe", &furnace, "--at", "0,0,0", "--at", "1,0,0", "--normal", "0,0,1"], "--normal");
+    place.refused(&["probe", &furnace, "--at", "0,0", "--normal", "0,0,1"], "--at '0,0'");
+    place.refused(&["probe", &furnace, "--at", "0,0,0", "--normal", "0,0,0"], "not zero");
+    place.refused(&["simulate", &furnace, "--workload", "primary", "--rays", "r.csv"], "--rays");
+    place.refused(&["frobnicate"], "frobnicate");
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused_before_anything_runs() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    place.refused(&["render", &furnace, "-o", "a.jpg"], ".exr (linear) or .png (sRGB)");
+    place.refused(&["render", &furnace, "-o", "a.hdr"], "'.hdr' yet");
+    place.refused(&["render", &furnace, "-o", "none/a.png"], "does not exist");
+    place.refused(&["render", &furnace, "-o", "a.png", "-o", "a.png"], "named twice");
+    place.refused(&["render", &furnace, "-o", "a.png", "--report", "r.txt"], ".json");
+    place.refused(&["solve", &furnace, "-o", "a.png"], ".radsol");
+    std::fs::create_dir(place.path("folder.png")).unwrap();
+    place.refused(&["render", &furnace, "-o", "folder.png"], "is a folder");
+}
+
+#[test]
+fn scenes_that_cannot_be_read_exit_with_2_and_leave_no_file() {
+    let place = Place::new();
+    std::fs::write(place.path("bad.toml"), "version = 1\n[materials.a]\nreflectance = 1.2\n").unwrap();
+    std::fs::write(place.path("empty.toml"), "").unwrap();
+    std::fs::write(place.path("noise.toml"), [0u8, 159, 146, 150]).unwrap();
+    for command in [["render", "-o", "a.png"], ["solve", "-o", "a.radsol"]] {
+        let run = |file: &str, expected: &str| {
+            place.refused(&[command[0], file, command[1], command[2], "--report", "r.json"], expected);
+        };
+        run("missing.toml", "missing.toml");
+        run("bad.toml", "1.2");
+        run("empty.toml", "empty.toml");
+        run("noise.toml", "noise.toml");
+        run(".", ".");
+    }
+    place.refused(&["info", "bad.toml"], "1.2");
+    place.refused(&["info", "missing.toml"], "missing.toml");
+}
+
+#[test]
+fn scene_without_a_camera_is_refused_by_render_and_named() {
+    let place = Place::new();
+    let text = "version = 1\n[materials.a]\nreflectance = 0.5\nemission = 1.0\n[[surface]]\nname = \"s\"\n\
+                material = \"a\"\nquad = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\n";
+    std::fs::write(place.path("blind.toml"), text).unwrap();
+    place.refused(&["render", "blind.toml", "-o", "a.png"], "[camera]");
+}
+
+#[test]
+fn compare_of_pictures_exits_by_its_threshold() {
+    let place = Place::new();
+    place.exr("a.exr", vec![Rgb::WHITE; 4]);
+    place.exr("b.exr", vec![Rgb::WHITE, Rgb::WHITE, Rgb::WHITE, Rgb::splat(1.125)]);
+    place.exr("c.exr", vec![Rgb::WHITE; 3]);
+    let text = place.ok(&["compare", "a.exr", "b.exr"]).stdout;
+    assert!(text.contains("1 of 4 pixels"), "{text}");
+    place.ok(&["compare", "a.exr", "a.exr", "--threshold", "0"]);
+    place.ok(&["compare", "a.exr", "b.exr", "--threshold", "0.2"]);
+    let over = place.run(&["compare", "a.exr", "b.exr", "--threshold", "0.1", "--report", "d.json"]);
+    assert_eq!(over.status, 1, "{}{}", over.stdout, over.stderr);
+    let report = place.json("d.json");
+    assert_eq!(report["schema"], "radeng/compare/1");
+    assert_eq!((&report["n_differing"], &report["passed"]), (&Value::from(1), &Value::from(false)));
+    assert!((report["max_relative"].as_f64().unwrap() - 0.125).abs() < 1e-6);
+}
+
+#[test]
+fn compare_of_what_is_no_picture_exits_with_2() {
+    let place = Place::new();
+    place.exr("a.exr", vec![Rgb::WHITE; 4]);
+    place.exr("small.exr", vec![Rgb::WHITE; 3]);
+    std::fs::write(place.path("noise.exr"), "not a picture").unwrap();
+    std::fs::write(place.path("a.png"), "").unwrap();
+    place.refused(&["compare", "a.exr", "small.exr"], "4 x 1 and 3 x 1");
+    place.refused(&["compare", "a.exr", "noise.exr"], "noise.exr");
+    place.refused(&["compare", "a.exr", "none.exr"], "none.exr");
+    place.refused(&["compare", "a.exr", "a.png"], "only .exr");
+    place.refused(&["compare", "a.exr", "a.exr", "--threshold", "-1"], "--threshold");
+}
+
+#[test]
+fn rays_file_with_a_fault_is_refused_with_its_line() {
+    let place = Place::new();
+    std::fs::write(place.path("rays.csv"), "0,0,0,0,0,1\n0,0,0,0,zero,1\n").unwrap();
+    place.refused(&["simulate", &scene("furnace"), "--rays", "rays.csv"], "rays.csv:2: dy is 'zero'");
+    place.refused(&["simulate", &scene("furnace"), "--rays", "none.csv"], "none.csv");
+}
+
+#[test]
+fn render_without_output_names_writes_png_and_exr_of_the_scene() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    let mut args = vec!["render", furnace.as_str(), "--report", "r.json"];
+    args.extend(SMALL);
+    let run = place.ok(&args);
+    assert_eq!(place.names(), ["furnace.exr", "furnace.png", "r.json"]);
+    assert!(run.stdout.contains("furnace.png") && run.stdout.contains("EV"), "{}", run.stdout);
+    assert!(run.stdout.lines().count() <= 24, "more than a screen:\n{}", run.stdout);
+    let report = place.json("r.json");
+    assert_eq!(report["schema"], "radeng/render/1");
+    assert_eq!(report["options"]["width"], 16);
+    assert_eq!(report["n_camera_rays"], 16 * 12);
+    let surfaces = report["surfaces"].as_array().unwrap();
+    assert_eq!(surfaces.len(), 6);
+    for key in ["name", "area_m2", "emitted_w", "incident_w", "absorbed_w", "mean_radiosity_w_m2"] {
+        assert!(!surfaces[0][key].is_null(), "{key}");
+    }
+    assert!(report["board"].is_null());
+}
+
+#[test]
+fn render_with_the_board_prints_its_account_and_the_same_furnace() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    let mut args = vec!["render", furnace.as_str(), "--caster", "board", "-o", "b.exr", "--report", "r.json"];
+    args.extend(SMALL);
+    let run = place.ok(&args);
+    for word in ["cycles", "rays/s", "tests/cycle", "ICU utilisation", "busiest", "stalled", "25.0 MHz"] {
+        assert!(run.stdout.contains(word), "'{word}' is missing in\n{}", run.stdout);
+    }
+    assert!(run.stdout.lines().count() <= 24, "more than a screen:\n{}", run.stdout);
+    let board = &place.json("r.json")["board"];
+    assert!(board["cycles"].as_u64().unwrap() > 0 && board["tests"].as_u64().unwrap() > 0);
+    assert!(!board["blocks"].as_array().unwrap().is_empty());
+    assert_eq!(board["spec"]["name"], "delft-1992");
+    let mut args = vec!["render", furnace.as_str(), "-o", "s.exr"];
+    args.extend(SMALL);
+    place.ok(&args);
+    place.ok(&["compare", "s.exr", "b.exr", "--threshold", "0.02"]);
+}
+
+#[test]
+fn solution_of_solve_renders_as_the_scene_itself_and_no_other() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    place.ok(&["solve", &furnace, "-o", "f.radsol", "--elements", "96", "--report", "r.json"]);
+    let report = place.json("r.json");
+    assert_eq!(report["schema"], "radeng/solve/1");
+    assert!(report["row_sum_error"]["max"].is_number());
+    let b = &report["surfaces"][0]["mean_radiosity_w_m2"][0];
+    assert!((b.as_f64().unwrap() - 1.0).abs() < 0.01, "{b}");
+
+    let render = |name: &str, extra: &[&str]| {
+        let mut args = vec!["render", furnace.as_str(), "-o", name];
+        args.extend(SMALL);
+        args.extend(extra);
+        place.ok(&args);
+    };
+    render("loaded.exr", &["--solution", "f.radsol"]);
+    render("solved.exr", &[]);
+    place.ok(&["compare", "loaded.exr", "solved.exr", "--threshold", "0"]);
+    let cube = scene("lit-cube");
+    place.refused(&["render", &cube, "-o", "x.exr", "--solution", "f.radsol"], "f.radsol");
+    place.refused(&["render", &furnace, "-o", "x.exr", "--solution", "none.radsol"], "none.radsol");
+}
+
+#[test]
+fn probe_prints_a_table_or_the_json_list() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    let at = ["--at", "0.5,0.5,0", "--normal", "0,0,2", "--at", "0,0.4,0.6", "--normal", "1,0,0"];
+    for extra in [&[][..], &["--interpolated"][..]] {
+        let mut args = vec!["probe", furnace.as_str(), "--elements", "96", "--json", "--report", "p.json"];
+        args.extend(at);
+        args.extend(extra);
+        let list: Value = serde_json::from_str(&place.ok(&args).stdout).unwrap();
+        let list = list.as_array().unwrap();
+        assert_eq!(list.len(), 2);
+        for point in list {
+            let e = point["irradiance_w_m2"][1].as_f64().unwrap();
+            assert!((e - 1.0).abs() < 0.02, "{extra:?}: {point}");
+            assert!((point["illuminance_lx"].as_f64().unwrap() - 179.0 * e).abs() < 1e-6 * 179.0);
+        }
+        assert_eq!(place.json("p.json")["schema"], "radeng/probe/1");
+    }
+    let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
+    args.extend(at);
+    let table = place.ok(&args).stdout;
+    assert_eq!(table.lines().count(), 3, "{table}");
+    let off = ["--at", "0.5,0.5,0.5", "--normal", "0,0,1", "--interpolated"];
+    let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
+    args.extend(off);
+    place.refused(&args, "no surface within");
+}
+
+#[test]
+fn simulate_reports_closed_stall_tables_for_every_workload() {
+    let place = Place::new();
+    std::fs::write(place.path("rays.csv"), "0.5,0.5,0.5,0,0,1\n0.5,0.5,0.5,1,0.2,0.3\n").unwrap();
+    let cube = scene("lit-cube");
+    let workloads = [
+        (&["--workload", "primary"], "primary", 192),
+        (&["--workload", "shadow"], "shadow", 1),
+        (&["--rays", "rays.csv"], "rays", 2),
+    ];
+    for (flags, name, rays_at_least) in workloads {
+        let mut args = vec!["simulate", cube.as_str(), "--board", "minimal", "--report", "r.json"];
+        args.extend(flags);
+        args.extend(SMALL);
+        let text = place.ok(&args).stdout;
+        assert!(text.contains("share of the cycles by cause"), "{name}\n{text}");
+        let report = place.json("r.json");
+        assert_eq!((&report["schema"], &report["workload"]), (&"radeng/simulate/1".into(), &name.into()));
+        let cycles = report["cycles"].as_u64().unwrap();
+        assert!(report["rays"].as_u64().unwrap() >= rays_at_least && cycles > 0, "{name}: {report}");
+        let blocks = report["blocks"].as_array().unwrap();
+        assert!(!blocks.is_empty(), "{name}");
+        for block in blocks {
+            let causes = block["cycles"].as_object().unwrap();
+            let sum: u64 = causes.values().map(|n| n.as_u64().unwrap()).sum();
+            assert_eq!(sum, cycles, "{name}: {}", block["block"]);
+        }
+    }
+}
+
+#[test]
+fn info_shows_scenes_and_boards() {
+    let place = Place::new();
+    let text = place.ok(&["info", &scene("furnace"), "--elements", "96"]).stdout;
+    for word in ["floor", "elements", "patches", "T-junction", "memory", "camera"] {
+        assert!(text.contains(word), "'{word}' is missing in\n{text}");
+    }
+    for name in ["delft-1992", "minimal"] {
+        let text = place.ok(&["info", name]).stdout;
+        for word in ["coord_frac_bits", "[I]", "largest magnitude"] {
+            assert!(text.contains(word), "'{word}' is missing in\n{text}");
+        }
+    }
+    std::fs::write(place.path("board.toml"), "clock_mhz = -3.0\n").unwrap();
+    place.refused(&["info", "board.toml"], "clock_mhz");
+}
+
+#[test]
+fn scene_wound_the_other_way_warns_on_stderr() {
+    let place = Place::new();
+    let text = "version = 1\n[camera]\neye = [0.5, 0.5, 3]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\nfov_y_deg = 15\n\
+                [materials.a]\nreflectance = 0.5\nemission = 1.0\n[[surface]]\nname = \"turned\"\n\
+                material = \"a\"\nquad = [[0,0,0],[0,1,0],[1,1,0],[1,0,0]]\n";
+    std::fs::write(place.path("turned.toml"), text).unwrap();
+    for args in
+        [&["info", "turned.toml"][..], &["render", "turned.toml", "-o", "t.png", "--elements", "16"][..]]
+    {
+        let run = place.ok(args);
+        assert!(
+            run.stderr.contains("'turned' 100 %") && run.stderr.contains("Wound the other way"),
+            "{}",
+            run.stderr
+        );
+        assert!(!run.stdout.contains("Wound"), "{}", run.stdout);
+    }
+}

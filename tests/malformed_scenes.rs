@@ -1,0 +1,196 @@
+//! Malformed scene files: each is refused with one line that names the place and the fault; nothing panics.
+
+use std::path::Path;
+
+use proptest::prelude::*;
+use radiosity_engine::scene::Scene;
+
+#[path = "common/malformed.rs"]
+mod malformed;
+
+use malformed::{VALID, cases};
+
+#[test]
+fn load_of_each_malformed_scene_names_place_value_and_expectation() {
+    let cases = cases();
+    assert!(cases.len() >= 40, "{} cases", cases.len());
+    let mut wrong = Vec::new();
+    for case in &cases {
+        let folder = tempfile::tempdir().unwrap();
+        let path = case.write(folder.path());
+        let error = match Scene::load(&path) {
+            Ok(_) => {
+                wrong.push(format!("{}: accepted", case.name));
+                continue;
+            }
+            Err(error) => error,
+        };
+        let shown = error.to_string();
+        let start = match case.place {
+            Some((line, column)) => format!("{}:{line}:{column}: ", path.display()),
+            None => format!("{}: ", path.display()),
+        };
+        let lacks = case.words.iter().find(|w| !shown.contains(*w));
+        if !shown.starts_with(&start) || lacks.is_some() || shown.contains('\n') {
+            wrong.push(format!("{}: expected {start}... with {:?}, is {shown}", case.name, case.words));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), cases.len(), wrong.join("\n"));
+}
+
+#[test]
+fn names_of_malformed_scenes_are_unique_and_their_base_is_valid() {
+    let mut names: Vec<_> = cases().iter().map(|c| c.name).collect();
+    let n = names.len();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), n);
+    let scene = Scene::parse(VALID, Path::new("scene.toml")).unwrap();
+    assert!(scene.warnings.is_empty());
+}
+
+#[test]
+fn load_of_a_scene_with_an_existing_mesh_says_that_meshes_are_not_supported_yet() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("table.obj"), "v 0 0 0\n").unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, format!("{VALID}\n[[mesh]]\nfile = \"./table.obj\"\nunit = \"cm\"\n")).unwrap();
+    let shown = Scene::load(&path).unwrap_err().to_string();
+    let line = VALID.lines().count() + 2;
+    assert!(shown.contains(&format!("scene.toml:{line}:1: ")), "{shown}");
+    assert!(shown.contains("not supported yet"), "{shown}");
+}
+
+#[cfg(unix)]
+#[test]
+fn load_of_a_mesh_behind_a_link_out_of_the_folder_is_refused_as_outside() {
+    let outside = tempfile::tempdir().unwrap();
+    std::fs::write(outside.path().join("table.obj"), "v 0 0 0\n").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink(outside.path(), folder.path().join("link")).unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, format!("{VALID}\n[[mesh]]\nfile = \"link/table.obj\"\n")).unwrap();
+    let shown = Scene::load(&path).unwrap_err().to_string();
+    assert!(shown.contains("outside the scene's folder"), "{shown}");
+}
+
+#[test]
+fn load_of_a_folder_that_holds_a_scene_suggests_it() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), VALID).unwrap();
+    let shown = Scene::load(folder.path()).unwrap_err().to_string();
+    assert!(shown.contains("did you mean") && shown.contains("scene.toml"), "{shown}");
+}
+
+/// The texts of all shipped scenes.
+fn shipped() -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut files: Vec<_> = std::fs::read_dir(root)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().join("scene.toml"))
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    assert!(files.len() >= 8);
+    files.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect()
+}
+
+/// One damage of a file.
+#[derive(Clone, Debug)]
+enum Damage {
+    Replace(usize, u8),
+    Insert(usize, char),
+    Truncate(usize),
+    DeleteLine(usize),
+    DoubleLine(usize),
+    SwapWords(usize, usize),
+}
+
+fn damage() -> impl Strategy<Value = Damage> {
+    let at = any::<usize>();
+    // Characters that mean something to TOML and to numbers hit more than random ones.
+    let telling =
+        prop::sample::select(vec!['"', '\'', '[', ']', '{', '}', '=', '#', '.', '-', 'e', '9', 'ß', '\0']);
+    prop_oneof![
+        (at, any::<u8>()).prop_map(|(at, byte)| Damage::Replace(at, byte)),
+        (at, telling).prop_map(|(at, c)| Damage::Insert(at, c)),
+        at.prop_map(Damage::Truncate),
+        at.prop_map(Damage::DeleteLine),
+        at.prop_map(Damage::DoubleLine),
+        (at, at).prop_map(|(a, b)| Damage::SwapWords(a, b)),
+    ]
+}
+
+fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
+    if bytes.is_empty() {
+        return;
+    }
+    let n = bytes.len();
+    let pieces = |bytes: &[u8], by: u8| bytes.split(|b| *b == by).map(<[u8]>::to_vec).collect::<Vec<_>>();
+    match *damage {
+        Damage::Replace(at, byte) => bytes[at % n] = byte,
+        Damage::Insert(at, c) => {
+            let at = at % n;
+            bytes.splice(at..at, c.to_string().into_bytes());
+        }
+        Damage::Truncate(at) => bytes.truncate(at % n),
+        Damage::DeleteLine(at) => {
+            let mut lines = pieces(bytes, b'\n');
+            lines.remove(at % lines.len());
+            *bytes = lines.join(&b'\n');
+        }
+        Damage::DoubleLine(at) => {
+            let mut lines = pieces(bytes, b'\n');
+            let at = at % lines.len();
+            lines.insert(at, lines[at].clone());
+            *bytes = lines.join(&b'\n');
+        }
+        Damage::SwapWords(a, b) => {
+            let mut words = pieces(bytes, b' ');
+            let n = words.len();
+            words.swap(a % n, b % n);
+            *bytes = words.join(&b' ');
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn load_of_damaged_shipped_scenes_never_panics_and_faults_are_one_line_with_a_place(
+        which in any::<prop::sample::Index>(),
+        damages in prop::collection::vec(damage(), 1..5),
+    ) {
+        thread_local! {
+            static TEXTS: Vec<String> = shipped();
+            static FOLDER: tempfile::TempDir = tempfile::tempdir().unwrap();
+        }
+        let mut bytes = TEXTS.with(|texts| which.get(texts).clone().into_bytes());
+        for damage in &damages {
+            apply(&mut bytes, damage);
+        }
+        let path = FOLDER.with(|folder| folder.path().join("scene.toml"));
+        std::fs::write(&path, &bytes).unwrap();
+        if let Err(error) = Scene::load(&path) {
+            let shown = error.to_string();
+            prop_assert!(!shown.contains('\n') && !shown.contains('\0'), "{shown}");
+            let place = error.place.expect("a damaged file still has text to point into");
+            let n_lines = bytes.split(|b| *b == b'\n').count();
+            prop_assert!((1..=n_lines).contains(&place.line), "{shown}");
+            prop_assert!(place.text.get(place.span.clone()).is_some(), "{shown}");
+        }
+    }
+}
+
+#[test]
+fn scene_error_as_a_diagnostic_shows_the_line_and_points_at_the_value() {
+    let text = VALID.replace("reflectance = 0.5", "reflectance = 1.2");
+    let error = Scene::parse(&text, Path::new("scene.toml")).unwrap_err();
+    let mut shown = String::new();
+    let handler = miette::NarratableReportHandler::new();
+    handler.render_report(&mut shown, &error).unwrap();
+    assert!(shown.contains("scene.toml:10:15"), "{shown}");
+    assert!(shown.contains("snippet line 10: reflectance = 1.2"), "{shown}");
+    assert!(shown.contains("label at line 10, columns 15 to 17"), "{shown}");
+}
