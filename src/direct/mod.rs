@@ -204,7 +204,8 @@ impl DirectLight {
                 };
                 let mut targets = area.strata(strata, jitter, self.offset_m);
                 for t in &mut targets {
-                    t.weight *= area.weight(point.position, point.normal, t.position);
+                    let on_source = t.position - self.offset_m * area.normal;
+                    t.weight *= area.weight(point.position, point.normal, on_source);
                 }
                 if targets.iter().all(|t| t.weight <= 0.0) {
                     let centre = area.source.centre_above_horizon(point.position, point.normal)?;
@@ -227,3 +228,6 @@ impl DirectLight {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

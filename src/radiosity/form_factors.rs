@@ -3,7 +3,7 @@
 //! ```text
 //! patch --kernel (polygon formula), all receivers--> candidates --Targets bundles, one query--> visible share
 //!       --> F = kernel x share, mean over the quadrature points of an element --> Row
-//! patch --Hemisphere bundle--> share lost through openings, share on backs
+//! patch --cosine-distributed rays--> share lost through openings, share on backs
 //! ```
 //! Source points: one a stratum (element) of the shooter, jittered. A quadrature point looks at one stratum, so that
 //! those of an element cover them all; a vertex looks at one; shooters in `full` are looked at with all strata from
@@ -21,6 +21,7 @@ use super::kernel::Source;
 use super::receivers::Receivers;
 use super::row::SparseRow;
 use super::sampling::{hash, unit_pair};
+use crate::geom::{Ray, tangent_frame};
 use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 
@@ -30,8 +31,9 @@ const N_STRATA: usize = 4;
 const MIDDLE: u8 = 1 << N_STRATA;
 /// Source points keep this share of a stratum's width off its edges, where a wall may stand.
 const STRATUM_MARGIN: f64 = 0.02;
-/// Hemisphere rays of a shooter: 8 x 8.
-const HEMISPHERE_SIDE: u32 = 8;
+/// Cosine-distributed rays that measure what a shooter loses: 16 x 16 strata, jittered, dealt to its source points.
+/// Not a `Hemisphere` bundle: its few rings are the same for every shooter, which shifts a loss by 1 % of the power.
+const HEMISPHERE_SIDE: u32 = 16;
 
 /// Form factors from every receiver to one shooter.
 #[derive(Clone, Debug)]
@@ -168,19 +170,22 @@ impl FormFactors<'_> {
         patch: PatchId,
         caster: &mut dyn RayCaster,
     ) -> Result<(StrayShares, u64), CastError> {
-        let p = &self.mesh.patches[patch.0 as usize];
-        let corners = self.mesh.polygon(&p.corners);
-        let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
-        let bundle = RayBundle::Hemisphere {
-            apex: centre + self.offset_m * p.normal,
-            normal: p.normal,
-            spin: TAU * unit_pair(hash(self.seed, u64::from(patch.0), u64::MAX))[0],
-            n: HEMISPHERE_SIDE,
-            m: HEMISPHERE_SIDE,
-        };
-        let n = bundle.n_rays();
-        let shares = stray(self.mesh, caster, Query::Bundles(&[bundle]), |_| 1.0)?;
-        Ok((shares, n as u64))
+        let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
+        let (t1, t2) = tangent_frame(shooter.normal);
+        let rays: Vec<Ray> = (0..HEMISPHERE_SIDE * HEMISPHERE_SIDE)
+            .map(|k| {
+                let (i, j) = (k % HEMISPHERE_SIDE, k / HEMISPHERE_SIDE);
+                let [du, dv] = unit_pair(hash(self.seed, u64::from(patch.0), 2 << 40 | u64::from(k)));
+                let side = f64::from(HEMISPHERE_SIDE);
+                let (u, v) = ((f64::from(i) + du) / side, (f64::from(j) + dv) / side);
+                let (sin, cos) = (TAU * v).sin_cos();
+                let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;
+                Ray::unbounded(shooter.apexes[(i % 2 + 2 * (j % 2)) as usize], d)
+            })
+            .collect();
+        let query = Query::Rays(&rays);
+        let shares = stray(self.mesh, caster, query, |_| 1.0)?;
+        Ok((shares, query.n_rays() as u64))
     }
 }
 

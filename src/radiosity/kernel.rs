@@ -170,7 +170,24 @@ impl Facet {
 fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let cross = a.cross(b - a);
     let sine = cross.length();
-    if sine > 0.0 { normal.dot(cross) * (sine.atan2(a.dot(b)) / sine) } else { 0.0 }
+    if sine > 0.0 { normal.dot(cross) * angle_over_sine(sine, a.dot(b)) } else { 0.0 }
+}
+
+/// atan2(s, c) / s for s > 0: most edges are short as seen from the receiver, where the series of atan, with
+/// (1/4)^24 / 25 < 2^-52 left out, takes a third of the time.
+#[inline]
+fn angle_over_sine(s: f64, c: f64) -> f64 {
+    if s >= 0.25 * c {
+        return s.atan2(c) / s;
+    }
+    let t = s / c;
+    let z = t * t;
+    let z2 = z * z;
+    let z4 = z2 * z2;
+    let low = (1.0 - z / 3.0) + (1.0 / 5.0 - z / 7.0) * z2;
+    let middle = (1.0 / 9.0 - z / 11.0) + (1.0 / 13.0 - z / 15.0) * z2;
+    let high = (1.0 / 17.0 - z / 19.0) + (1.0 / 21.0 - z / 23.0) * z2;
+    ((low + middle * z4) + high * (z4 * z4)) / c
 }
 
 #[cfg(test)]
@@ -301,11 +318,23 @@ mod tests {
         assert_eq!(Source::new(&wall).centre_above_horizon(DVec3::new(0., 0., 5.), Z), None);
     }
 
+    #[test]
+    fn angle_over_sine_is_atan2_over_sine_on_both_sides_of_its_switch() {
+        let mut worst = 0.0_f64;
+        for i in 1..4000 {
+            let angle = PI * f64::from(i) / 4000.0 * if i % 2 == 0 { 1.0 } else { 0.09 };
+            let (s, c) = (2.5 * angle.sin(), 2.5 * angle.cos());
+            worst = worst.max((angle_over_sine(s, c) * s / s.atan2(c) - 1.0).abs());
+        }
+        assert!(worst < 1e-15, "{worst:e}");
+        assert!((angle_over_sine(1e-300, 2.0) - 0.5).abs() < 1e-16);
+    }
+
     proptest! {
         #[test]
         fn kernel_inside_a_closed_box_sums_to_one(
             x in 0.001..0.999f64, y in 0.001..0.999f64, w in 0.001..0.999f64,
-            z in -1.0..1.0f64, phi in 0.0..6.283f64,
+            z in -1.0..1.0f64, phi in 0.0..2.0 * PI,
         ) {
             let n = unit(z, phi);
             let sum: f64 = box_walls().iter().map(|q| point_to_polygon(DVec3::new(x, y, w), n, q)).sum();
@@ -315,7 +344,7 @@ mod tests {
         #[test]
         fn kernel_of_a_subdivision_sums_to_the_whole(
             x in -2.0..2.0f64, y in -2.0..2.0f64, h in 1e-6..3.0f64,
-            z in -1.0..1.0f64, phi in 0.0..6.283f64, s in 0.01..0.99f64, t in 0.01..0.99f64,
+            z in -1.0..1.0f64, phi in 0.0..2.0 * PI, s in 0.01..0.99f64, t in 0.01..0.99f64,
         ) {
             let (p, n) = (DVec3::new(x, y, 1.0 - h), unit(z, phi));
             let q = ceiling(1., 1., 1.);
@@ -336,7 +365,7 @@ mod tests {
 
         #[test]
         fn kernel_of_any_quad_lies_in_zero_to_one(v in prop::collection::vec(-1.0..1.0f64, 12),
-            z in -1.0..1.0f64, phi in 0.0..6.283f64,
+            z in -1.0..1.0f64, phi in 0.0..2.0 * PI,
         ) {
             let q: Vec<DVec3> = v.chunks(3).map(DVec3::from_slice).collect();
             let f = point_to_polygon(DVec3::ZERO, unit(z, phi), &q);

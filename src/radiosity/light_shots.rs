@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Light, receivers --Targets bundles from the light | rays toward a directional light--> E per element and vertex
-//! Light --64 rays over its solid angle--> shares lost and on backs
+//! Light --256 rays over its solid angle--> shares lost and on backs
 //! ```
 
 use glam::DVec3;
@@ -18,7 +18,7 @@ use crate::scene::Light;
 use crate::units::Rgb;
 
 /// Rays that measure what a light loses.
-const N_STRAY_RAYS: usize = 64;
+const N_STRAY_RAYS: usize = 256;
 
 /// What one light without area does.
 pub(super) struct LightShot {

@@ -77,7 +77,7 @@ fn tight() -> SolveOptions {
 #[test]
 fn solve_of_a_furnace_gives_radiosity_one_everywhere_and_row_sums_of_one() {
     let s =
-        solved(scene(vec![grey("half", 0.5)], room(DVec3::new(1.0, 2.0, 1.5), 0.5), vec![], 600), &tight());
+        solved(scene(vec![grey("half", 0.5)], room(DVec3::new(1.0, 2.0, 1.5), 0.5), vec![], 400), &tight());
     let mut worst: f64 = 0.0;
     for surface in summary::summarise(&s.scene, &s.mesh, &s.solution) {
         worst = worst.max((surface.mean_radiosity_w_m2.0[1] - 1.0).abs());
@@ -110,10 +110,10 @@ fn solve_of_parallel_squares_gives_their_view_factor() {
     let s = two_squares([v(0., 0., 1.), v(0., 1., 1.), v(1., 1., 1.), v(1., 0., 1.)], 400);
     let f = incident_w(&s, "receiver");
     assert!((f / 0.1998248957 - 1.0).abs() < 2e-4, "{f}");
-    // 64 hemisphere rays a shooter measure what is lost; what they miss by is the residual.
+    // 256 hemisphere rays a shooter measure what is lost; what they miss by is the residual.
     let account = &s.solution.account;
-    assert!((account.lost_w.0[0] - 0.8).abs() < 0.02, "{account:?}");
-    assert!(account.residual_w.0[0].abs() < 0.02, "{account:?}");
+    assert!((account.lost_w.0[0] - 0.8).abs() < 0.005, "{account:?}");
+    assert!(account.residual_w.0[0].abs() < 0.005, "{account:?}");
     assert_eq!(account.back_w, Rgb::BLACK);
 }
 
@@ -131,7 +131,7 @@ fn solve_with_a_receiver_turned_away_puts_its_light_on_the_back() {
     let s = two_squares([v(0., 0., 1.), v(1., 0., 1.), v(1., 1., 1.), v(0., 1., 1.)], 100);
     let account = &s.solution.account;
     assert_eq!(incident_w(&s, "receiver"), 0.0);
-    assert!((account.back_w.0[0] - 0.2).abs() < 0.02, "{account:?}");
+    assert!((account.back_w.0[0] - 0.2).abs() < 0.005, "{account:?}");
     assert!(account.residual_w.0[0].abs() < 1e-12, "{account:?}");
 }
 
@@ -164,7 +164,7 @@ fn solve_with_a_spot_and_a_sun_accounts_for_their_power() {
     // Without a ceiling the sun shines in: through the opening, 4 m^2 at cosine 0.8.
     let mut walls = room(DVec3::splat(2.0), 0.0);
     walls.remove(1);
-    let s = solved(scene(vec![grey("dark", 0.2)], walls, vec![spot, sun], 1600), &tight());
+    let s = solved(scene(vec![grey("dark", 0.2)], walls, vec![spot, sun], 800), &tight());
     let account = s.solution.account;
     let spot_w = lights::power_w(&spot).expect("a spot has power").0[0];
     assert!((account.emitted_w.0[0] / (spot_w + 3.0 * 4.0 * 0.8) - 1.0).abs() < 0.02, "{account:?}");
@@ -368,29 +368,4 @@ fn probe_agrees_with_the_element_means_of_an_occluded_room() {
         }
     }
     assert!(n > 0 && worst < 0.08, "{worst}");
-}
-#[test]
-fn zz_speed() {
-    use std::time::Instant;
-    let src: Vec<kernel::Source> = (0..64)
-        .map(|i| {
-            let x = i as f64 * 0.1;
-            let v = DVec3::new;
-            kernel::Source::new(&[v(x, 0., 2.), v(x, 0.3, 2.), v(x + 0.3, 0.3, 2.), v(x + 0.3, 0., 2.)])
-        })
-        .collect();
-    let t = Instant::now();
-    let mut sum = 0.0;
-    let mut n = 0;
-    for i in 0..20000 {
-        let p = DVec3::new(3.0 + i as f64 * 1e-5, 0.2, 0.0);
-        for s in &src {
-            sum += s.form_factor(p, DVec3::Z);
-            n += 1;
-        }
-    }
-    eprintln!("kernel {:?} ns  {sum}", t.elapsed().as_nanos() as f64 / n as f64);
-    let t = Instant::now();
-    let v = solved(cluttered(), &SolveOptions::default()).solution;
-    eprintln!("cluttered {:?} {} {} {}", t.elapsed(), v.n_shots, v.n_shooters, v.n_rays);
 }

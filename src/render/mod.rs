@@ -193,3 +193,6 @@ fn trace_waves(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,191 @@
+//! Direct light against closed forms, with and without occluders, on the software and the quantised caster.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use rtl_model::fixed::Formats;
+
+use super::*;
+use crate::radiosity::kernel::point_to_polygon;
+use crate::raycast::functional::FunctionalCaster;
+use crate::raycast::null::NullCaster;
+use crate::raycast::software::SoftwareCaster;
+use crate::scene::{Light, Material, MaterialId, Meshing, Surface};
+
+fn surface(name: &str, shape: Shape, exitance: f64, two_sided: bool) -> Surface {
+    Surface {
+        name: name.to_string(),
+        material: MaterialId(0),
+        shape,
+        two_sided,
+        smooth_group: 0,
+        exitance: Rgb::splat(exitance),
+    }
+}
+
+fn scene(surfaces: Vec<Surface>, lights: Vec<Light>) -> Scene {
+    Scene {
+        path: PathBuf::new(),
+        camera: None,
+        materials: vec![Material {
+            name: "grey".to_string(),
+            reflectance: Rgb::splat(0.5),
+            specular: Rgb::BLACK,
+            transmission: Rgb::BLACK,
+            ior: 1.5,
+        }],
+        surfaces,
+        lights,
+        meshing: Meshing::default(),
+        warnings: Vec::new(),
+    }
+}
+
+/// A horizontal rectangle that looks down.
+fn ceiling(x: [f64; 2], y: [f64; 2], z: f64) -> [DVec3; 4] {
+    [
+        DVec3::new(x[0], y[0], z),
+        DVec3::new(x[0], y[1], z),
+        DVec3::new(x[1], y[1], z),
+        DVec3::new(x[1], y[0], z),
+    ]
+}
+
+fn up(key: u64) -> ShadePoint {
+    ShadePoint { position: DVec3::ZERO, normal: DVec3::Z, geometric_normal: DVec3::Z, key }
+}
+
+/// Irradiance on points by both casters.
+fn gathered(scene: &Scene, points: &[ShadePoint], strata: u32, seed: u64) -> [Vec<Rgb>; 2] {
+    let mesh = Mesh::build(scene);
+    let patches = mesh.cast_patches();
+    let extra: Vec<DVec3> = points.iter().map(|p| p.position).chain([DVec3::splat(3.0)]).collect();
+    let mut software = SoftwareCaster::new(patches.clone());
+    let mut board = FunctionalCaster::new(&Formats::default(), None, &patches, &extra).unwrap();
+    let casters: [&mut dyn RayCaster; 2] = [&mut software, &mut board];
+    casters.map(|caster| {
+        let direct = DirectLight::new(scene, &mesh, caster.surface_offset_m());
+        direct.gather(caster, points, strata, seed).unwrap()
+    })
+}
+
+#[test]
+fn gather_under_the_corner_of_a_free_lamp_is_the_formula_for_any_seed() {
+    let lamp = surface("lamp", Shape::Quad(ceiling([0.0, 1.0], [0.0, 1.0], 1.0)), 2.0, false);
+    let scene = scene(vec![lamp], Vec::new());
+    for seed in 0..5 {
+        for e in gathered(&scene, &[up(seed), up(seed + 9)], 3, seed).concat() {
+            assert!((e.0[1] - 2.0 * 0.138_531_606_0).abs() < 1e-9, "{e:?}");
+        }
+    }
+}
+
+#[test]
+fn gather_behind_a_one_sided_lamp_is_black_and_behind_a_two_sided_one_is_not() {
+    let floor_lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0).map(|p| DVec3::new(p.y, p.x, p.z));
+    for (two_sided, lit) in [(false, false), (true, true)] {
+        let scene = scene(vec![surface("lamp", Shape::Quad(floor_lamp), 1.0, two_sided)], Vec::new());
+        for e in gathered(&scene, &[up(0)], 2, 1).concat() {
+            assert_eq!(!e.is_black(), lit);
+        }
+    }
+}
+
+#[test]
+fn gather_under_a_half_blocked_lamp_is_the_formula_of_the_visible_half() {
+    // The blocker halves every line of sight at x < 0 exactly: it ends over the point, half way up.
+    let lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0);
+    let blocker = ceiling([-3.0, 0.0], [-3.0, 3.0], 1.0);
+    let parts =
+        [surface("lamp", Shape::Quad(lamp), 1.0, false), surface("b", Shape::Quad(blocker), 0.0, false)];
+    let want = point_to_polygon(DVec3::ZERO, DVec3::Z, &ceiling([0.0, 1.0], [-1.0, 1.0], 2.0));
+    let scene = scene(parts.to_vec(), Vec::new());
+    let points: Vec<_> = (0..64).map(up).collect();
+    for e in gathered(&scene, &points, 8, 5) {
+        // All samples of a point share their place in the stratum, so an edge along strata shifts each estimate by
+        // up to half a stratum of eight; the mean is right.
+        assert_eq!(e.len(), points.len());
+        let worst = e.iter().map(|e| (e.0[0] / want - 1.0).abs()).fold(0.0, f64::max);
+        assert!(worst < 0.0625, "{worst}");
+        let mean = e.iter().map(|e| e.0[0]).sum::<f64>() / e.len() as f64;
+        assert!((mean / want - 1.0).abs() < 0.01, "{mean}, not {want}");
+    }
+}
+
+#[test]
+fn gather_of_triangles_and_skew_quads_half_blocked_converges_to_the_visible_half() {
+    let blocker = surface("b", Shape::Quad(ceiling([-3.0, 0.0], [-3.0, 3.0], 1.0)), 0.0, false);
+    let p = |x, y| DVec3::new(x, y, 2.0);
+    // Mirror-symmetric about x = 0, so that half of the light comes from each side.
+    let triangle = Shape::Triangle([p(-1.0, -1.0), p(0.0, 1.0), p(1.0, -1.0)]);
+    let skew = Shape::Quad([p(-1.0, -1.0), p(-0.5, 1.0), p(0.5, 1.0), p(1.0, -1.0)]);
+    for shape in [triangle, skew] {
+        let lamp = surface("lamp", shape, 1.0, false);
+        let points: Vec<_> = (0..400).map(up).collect();
+        let free = gathered(&scene(vec![lamp.clone()], Vec::new()), &points[..1], 8, 3);
+        let half = gathered(&scene(vec![lamp, blocker.clone()], Vec::new()), &points, 8, 3);
+        for (free, half) in free.iter().zip(half) {
+            let mean = half.iter().copied().sum::<Rgb>() / half.len() as f64;
+            assert!((mean.0[0] / free[0].0[0] - 0.5).abs() < 0.005, "{mean:?} of {free:?}");
+        }
+    }
+}
+
+#[test]
+fn gather_under_a_sphere_is_exitance_times_the_square_of_its_sine_up_to_facets() {
+    let ball = Shape::Sphere { center: DVec3::new(0.0, 0.0, 2.0), radius: 0.5, inward: false };
+    let scene = scene(vec![surface("ball", ball, 3.0, false)], Vec::new());
+    let want = 3.0 * (0.5_f64 / 2.0).powi(2);
+    let by_seed: Vec<_> = (0..3).map(|seed| gathered(&scene, &[up(seed)], 4, seed)).collect();
+    for e in by_seed.iter().flatten().flatten() {
+        assert!((e.0[2] / want - 1.0).abs() < 0.01, "{e:?}, not {want}");
+    }
+    assert_eq!(by_seed[0], by_seed[2], "no noise where nothing occludes");
+}
+
+#[test]
+fn gather_under_lights_is_their_formula_and_black_behind_an_occluder() {
+    let lights = vec![
+        Light::Point { position: DVec3::new(0.0, 0.0, 2.0), intensity: Rgb::splat(8.0) },
+        Light::Directional { direction: DVec3::NEG_Z, irradiance: Rgb::splat(0.25) },
+    ];
+    let roof = |z| surface("roof", Shape::Quad(ceiling([-1.0, 1.0], [-1.0, 1.0], z)), 0.0, false);
+    for (height, want) in [(2.5, 2.0), (1.0, 0.0), (-1.0, 2.25)] {
+        let scene = scene(vec![roof(height)], lights.clone());
+        for e in gathered(&scene, &[up(0)], 1, 1).concat() {
+            assert!((e.0[0] - want).abs() < 1e-12, "roof at {height}: {e:?}");
+        }
+    }
+}
+
+#[test]
+fn gather_of_many_points_answers_each_as_if_alone() {
+    let lamp = surface("lamp", Shape::Quad(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0)), 1.0, false);
+    let block = surface("b", Shape::Quad(ceiling([-0.2, 0.4], [-0.3, 0.3], 1.0)), 0.0, false);
+    let scene = scene(vec![lamp, block], Vec::new());
+    let points: Vec<_> = (0..3000)
+        .map(|k| {
+            let position = DVec3::new(f64::from(k % 60) / 30.0 - 1.0, f64::from(k / 60) / 25.0 - 1.0, 0.0);
+            ShadePoint { position, ..up(k as u64) }
+        })
+        .collect();
+    let [software, board] = gathered(&scene, &points, 4, 7);
+    let [alone, _] = gathered(&scene, &points[2500..2501], 4, 7);
+    assert_eq!(software[2500], alone[0]);
+    let lit = software.iter().filter(|e| e.0[0] > 0.0).count();
+    assert!(lit > 2900, "{lit}");
+    let differ = software.iter().zip(&board).filter(|(a, b)| (a.0[0] - b.0[0]).abs() > 1e-9).count();
+    let first =
+        software.iter().zip(&board).position(|(a, b)| a != b).map(|i| (software[i], board[i], points[i]));
+    assert!(differ < 20, "{differ} points differ: shadow edges only; {first:?}");
+}
+
+#[test]
+fn null_caster_sees_every_source() {
+    let lamp = surface("lamp", Shape::Quad(ceiling([0.0, 1.0], [0.0, 1.0], 1.0)), 1.0, false);
+    let roof = surface("roof", Shape::Quad(ceiling([-2.0, 2.0], [-2.0, 2.0], 0.5)), 0.0, false);
+    let scene = scene(vec![lamp, roof], Vec::new());
+    let mesh = Mesh::build(&scene);
+    let e = DirectLight::new(&scene, &mesh, 0.0).gather(&mut NullCaster, &[up(1)], 2, 1).unwrap();
+    assert!((e[0].0[0] - 0.138_531_606_0).abs() < 1e-9);
+}
