@@ -41,7 +41,9 @@ proptest! {
             prop_assert_eq!(&unpack_patch(&formats, &image.words[at..]).unwrap(), patch);
         }
         let mut next = image.list_base;
-        for cell in cells(image.grid) {
+        let mut in_memory_order: Vec<Cell> = cells(image.grid).collect();
+        in_memory_order.sort_by_key(|cell| image.grid.index(*cell));
+        for cell in in_memory_order {
             let (first, count) = image.cell_list(cell);
             prop_assert_eq!(first, next);
             next += count;
@@ -67,22 +69,40 @@ fn floor(formats: &Formats, n: i32) -> Vec<PatchWords> {
     numbered(corners.map(|corners| PatchWords { corners, is_triangle: false, id: 0 }).collect())
 }
 
-fn mean_list(image: &MemoryImage) -> f64 {
-    let lists: Vec<u32> = cells(image.grid).map(|cell| image.cell_list(cell).1).filter(|n| *n > 0).collect();
-    f64::from(lists.iter().sum::<u32>()) / lists.len() as f64
+/// Expected work of a ray: cells crossed times (a quarter for the step + tests).
+fn work(image: &MemoryImage) -> f64 {
+    let entries: u32 = cells(image.grid).map(|cell| image.cell_list(cell).1).sum();
+    let side = f64::from(1_u32 << image.grid.log2_cells);
+    side * (0.25 + f64::from(entries) / side.powi(3))
 }
 
 #[test]
-fn build_automatic_grid_has_the_mean_list_nearest_two() {
+fn build_automatic_grid_has_the_least_expected_work() {
     let formats = Formats::default();
+    let mut chosen_grids = Vec::new();
     for n in [1, 6, 20, 45] {
         let patches = floor(&formats, n);
         let chosen = MemoryImage::build(&formats, &patches, None);
-        let miss = |g| (mean_list(&MemoryImage::build(&formats, &patches, Some(g))) - 2.0).abs();
-        let best = (1..=6).map(miss).fold(f64::INFINITY, f64::min);
-        assert!((mean_list(&chosen) - 2.0).abs() <= best + 1e-12, "n = {n}: {}", chosen.grid.log2_cells);
+        let best = (1..=6)
+            .map(|g| work(&MemoryImage::build(&formats, &patches, Some(g))))
+            .fold(f64::INFINITY, f64::min);
+        assert!(work(&chosen) <= best, "n = {n}: {}", chosen.grid.log2_cells);
         assert!(chosen.size_bytes() <= 16 << 20);
+        chosen_grids.push(chosen.grid.log2_cells);
     }
+    assert!(chosen_grids.is_sorted() && chosen_grids[0] < chosen_grids[3], "{chosen_grids:?}");
+}
+
+#[test]
+fn grid_index_of_every_cell_is_unique_and_eight_around_a_corner_are_neighbours() {
+    let grid = Grid { log2_cells: 3 };
+    let mut seen = vec![false; grid.n_cells()];
+    for cell in cells(grid) {
+        assert!(!std::mem::replace(&mut seen[grid.index(cell)], true), "{cell:?} shares its index");
+        let corner = Cell(cell.0.map(|place| place & !1));
+        assert_eq!(grid.index(cell) / 8, grid.index(corner) / 8);
+    }
+    assert!(seen.into_iter().all(|s| s));
 }
 
 #[test]
