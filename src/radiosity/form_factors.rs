@@ -5,9 +5,10 @@
 //!       --> F = kernel x share, mean over the quadrature points of an element --> Row
 //! patch --cosine-distributed rays--> share lost through openings, share on backs
 //! ```
-//! Source points: one a stratum (element) of the shooter, jittered. A quadrature point looks at one stratum, so that
-//! those of an element cover them all; a vertex looks at one; shooters in `full` are looked at with all strata from
-//! everywhere. A stratum below the receiver's horizon is passed over; when all are, the middle of what is above it
+//! Source points: one a stratum (element) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
+//! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks at one
+//! stratum for all of them, and a vertex takes the mean share of its elements; dense: each quadrature point looks at one
+//! stratum, so that those of an element cover them all, and a vertex at one of its own. A stratum below the receiver's horizon is passed over; when all are, the middle of what is above it
 //! is looked at. Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
 //!
 //! Not modelled: light through glass, and the penumbra inside a patch beyond the four strata.
@@ -22,7 +23,7 @@ use super::receivers::Receivers;
 use super::row::SparseRow;
 use super::sampling::{hash, unit_pair};
 use crate::geom::{Ray, tangent_frame};
-use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint};
+use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint, VertexId};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 
 /// Strata of a shooter.
@@ -65,14 +66,8 @@ pub(super) struct FormFactors<'a> {
     pub receivers: &'a Receivers,
     pub seed: u64,
     pub offset_m: f64,
-}
-
-/// What one receiver asks of a shooter.
-#[derive(Clone, Copy)]
-struct Candidate {
-    kernel: f64,
-    /// Strata to look at, and `MIDDLE`.
-    looks: u8,
+    /// Every quadrature point and vertex casts a ray of its own to shooters that do not emit, too.
+    pub dense: bool,
 }
 
 impl FormFactors<'_> {
@@ -86,25 +81,29 @@ impl FormFactors<'_> {
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
-        let candidates: Vec<Candidate> = receivers
+        let kernels: Vec<f64> = receivers
             .par_iter()
             .enumerate()
             .with_min_len(1024)
             .map(|(i, r)| {
-                let is_vertex = i >= n_gauss;
-                let is_own = !is_vertex && shooter.is_own(self.mesh.elements[r.owner as usize].patch);
-                let kernel = if is_own { 0.0 } else { shooter.source.form_factor(r.point, r.normal) };
-                if kernel == 0.0 {
-                    return Candidate { kernel, looks: 0 };
+                let is_own = i < n_gauss && shooter.is_own(self.mesh.elements[r.owner as usize].patch);
+                if is_own { 0.0 } else { shooter.source.form_factor(r.point, r.normal) }
+            })
+            .collect();
+        let dense = full || self.dense;
+        let looks: Vec<u8> = (0..receivers.len())
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| {
+                if dense || self.stands_in(patch, i, &kernels) {
+                    self.looks(&shooter, i, &kernels, full)
+                } else {
+                    0
                 }
-                let kind = u64::from(is_vertex) << 32;
-                let turn = hash(self.seed, u64::from(patch.0), kind | u64::from(r.owner)) as usize;
-                let first = (turn + r.slot as usize) % N_STRATA;
-                Candidate { kernel, looks: shooter.looks(r.target, r.normal, first, full) }
             })
             .collect();
 
-        let (bundles, owners) = self.bundles(&shooter, &candidates);
+        let (bundles, owners) = self.bundles(&shooter, &looks);
         let blocked = match bundles.is_empty() {
             true => Vec::new(),
             false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?,
@@ -113,33 +112,78 @@ impl FormFactors<'_> {
         for (&owner, blocked) in owners.iter().zip(&blocked) {
             n_visible[owner as usize] += u8::from(!blocked);
         }
-        let factor = |i: usize| {
-            let c = &candidates[i];
-            if n_visible[i] == 0 {
-                return 0.0;
-            }
-            c.kernel * f64::from(n_visible[i]) / f64::from(c.looks.count_ones())
-        };
+        let own_share = |i: usize| f64::from(n_visible[i]) / f64::from(looks[i].count_ones());
         let starts = &self.receivers.element_starts;
+        let points_of = |e: usize| starts[e] as usize..starts[e + 1] as usize;
+        // Sparse: the share that the element's one ray saw, if it cast one.
+        let element_share = |e: usize| points_of(e).find(|&i| looks[i] != 0).map(own_share);
         let elements: Vec<f32> = (0..self.receivers.n_elements())
             .map(|e| {
-                let points = starts[e] as usize..starts[e + 1] as usize;
-                points.map(|i| receivers[i].weight * factor(i)).sum::<f64>() as f32
+                let weighted = |i: usize| receivers[i].weight * kernels[i];
+                let factor: f64 = if dense {
+                    points_of(e).filter(|&i| looks[i] != 0).map(|i| weighted(i) * own_share(i)).sum()
+                } else {
+                    element_share(e).map_or(0.0, |share| share * points_of(e).map(weighted).sum::<f64>())
+                };
+                factor as f32
             })
             .collect();
-        let vertices: Vec<f32> = (n_gauss..receivers.len()).map(|i| factor(i) as f32).collect();
+        let vertices: Vec<f32> = (n_gauss..receivers.len())
+            .map(|i| {
+                if kernels[i] == 0.0 {
+                    return 0.0;
+                }
+                let share = if looks[i] != 0 {
+                    own_share(i)
+                } else {
+                    let around = self.mesh.elements_around(VertexId(receivers[i].owner));
+                    let shares = around.iter().filter_map(|e| element_share(e.0 as usize));
+                    let (sum, n) = shares.fold((0.0, 0), |(sum, n), share| (sum + share, n + 1));
+                    sum / f64::from(n.max(1))
+                };
+                (kernels[i] * share) as f32
+            })
+            .collect();
         let row = Row { elements: SparseRow::pack(&elements), vertices: SparseRow::pack(&vertices) };
         Ok((row, owners.len() as u64))
     }
 
+    /// Sparse: true for the one quadrature point of an element that casts its ray, a hashed one of those that the
+    /// shooter's light reaches, and for a vertex none of whose elements casts one.
+    fn stands_in(&self, patch: PatchId, i: usize, kernels: &[f64]) -> bool {
+        let receiver = &self.receivers.all[i];
+        let starts = &self.receivers.element_starts;
+        let lit = |e: usize| (starts[e] as usize..starts[e + 1] as usize).filter(|&p| kernels[p] != 0.0);
+        if i >= self.receivers.n_gauss() {
+            let around = self.mesh.elements_around(VertexId(receiver.owner));
+            return around.iter().all(|e| lit(e.0 as usize).next().is_none());
+        }
+        let e = receiver.owner as usize;
+        let n_lit = lit(e).count();
+        let turn = hash(self.seed, u64::from(patch.0), 3 << 40 | u64::from(receiver.owner)) as usize;
+        n_lit > 0 && lit(e).nth(turn % n_lit) == Some(i)
+    }
+
+    /// The strata that receiver `i` looks at.
+    fn looks(&self, shooter: &Shooter, i: usize, kernels: &[f64], full: bool) -> u8 {
+        if kernels[i] == 0.0 {
+            return 0;
+        }
+        let receiver = &self.receivers.all[i];
+        let kind = u64::from(i >= self.receivers.n_gauss()) << 32;
+        let turn = hash(self.seed, u64::from(shooter.patch.0), kind | u64::from(receiver.owner)) as usize;
+        let first = (turn + receiver.slot as usize) % N_STRATA;
+        shooter.looks(receiver.target, receiver.normal, first, full)
+    }
+
     /// `Targets` bundles stratum by stratum, receivers in mesh order, and the receiver that each ray belongs to.
-    fn bundles(&self, shooter: &Shooter, candidates: &[Candidate]) -> (Vec<RayBundle>, Vec<u32>) {
+    fn bundles(&self, shooter: &Shooter, looks: &[u8]) -> (Vec<RayBundle>, Vec<u32>) {
         let mut bundles = Vec::new();
         let mut owners = Vec::new();
         for (stratum, &apex) in shooter.apexes.iter().enumerate() {
             let mut points = Vec::with_capacity(MAX_BUNDLE_RAYS);
-            for (i, candidate) in candidates.iter().enumerate() {
-                if candidate.looks & 1 << stratum != 0 {
+            for (i, looks) in looks.iter().enumerate() {
+                if looks & 1 << stratum != 0 {
                     points.push(self.receivers.all[i].target);
                     owners.push(i as u32);
                     if points.len() == MAX_BUNDLE_RAYS {
@@ -152,8 +196,8 @@ impl FormFactors<'_> {
                 bundles.push(RayBundle::Targets { apex, points });
             }
         }
-        for (i, candidate) in candidates.iter().enumerate() {
-            if candidate.looks & MIDDLE != 0 {
+        for (i, looks) in looks.iter().enumerate() {
+            if looks & MIDDLE != 0 {
                 let r = &self.receivers.all[i];
                 let middle = shooter.source.centre_above_horizon(r.point, r.normal);
                 let apex = middle.unwrap_or(shooter.centre) + self.offset_m * shooter.normal;

@@ -74,13 +74,22 @@ pub struct SolveOptions {
     pub max_shots: usize,
     /// Seed of every sampling pattern.
     pub seed: u64,
+    /// Cast a visibility ray from every quadrature point and vertex to every shooter; without, one ray an element does
+    /// for shooters that do not emit: a quarter of the rays, for 0.2 % RMSE of the Cornell box picture.
+    pub dense_visibility: bool,
     /// Memory for form-factor rows (bytes); patches whose rows do not fit cast them anew for every shot.
     pub max_row_bytes: u64,
 }
 
 impl Default for SolveOptions {
     fn default() -> Self {
-        SolveOptions { unshot_share: 2e-4, max_shots: 1_000_000, seed: 1, max_row_bytes: 2 << 30 }
+        SolveOptions {
+            unshot_share: 2e-4,
+            max_shots: 1_000_000,
+            seed: 1,
+            dense_visibility: false,
+            max_row_bytes: 2 << 30,
+        }
     }
 }
 

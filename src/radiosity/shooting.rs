@@ -55,7 +55,13 @@ pub(super) fn run(
 ) -> Result<Solution, SolveError> {
     let offset_m = caster.surface_offset_m();
     let receivers = Receivers::of(mesh, offset_m);
-    let factors = FormFactors { mesh, receivers: &receivers, seed: options.seed, offset_m };
+    let factors = FormFactors {
+        mesh,
+        receivers: &receivers,
+        seed: options.seed,
+        offset_m,
+        dense: options.dense_visibility,
+    };
     let mut state = State::new(scene, mesh, &receivers);
     for light in &scene.lights {
         state.add_light(&light_shots::shoot(mesh, &receivers, light, caster)?);
