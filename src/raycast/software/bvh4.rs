@@ -97,9 +97,9 @@ impl Bvh4 {
             let mut child = [EMPTY; 4];
             for (slot, &b) in slots.iter().enumerate() {
                 let node = &binary.nodes[b];
-                for axis in 0..3 {
-                    bounds[axis][0][slot] = node.aabb().min[axis];
-                    bounds[axis][1][slot] = node.aabb().max[axis];
+                for (axis, [lower, upper]) in bounds.iter_mut().enumerate() {
+                    lower[slot] = node.aabb().min[axis];
+                    upper[slot] = node.aabb().max[axis];
                 }
                 if node.is_leaf() {
                     let first = self.order.len() as u32;
