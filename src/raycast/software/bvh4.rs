@@ -1,7 +1,7 @@
 //! A four-wide tree of conservative f32 boxes, four slab tests at a time.
 //!
 //! ```text
-//! triangles --obvhs PLOC + reinsertion--> binary tree --collapse by area--> nodes of 4 boxes
+//! patches --obvhs PLOC + reinsertion--> binary tree --collapse by area--> nodes of 4 boxes
 //! ray --clip to the scene, f32--> traverse: visits leaves front to back until the visitor has enough
 //! ```
 //! Space: the scene's box scaled to [-1, 1]^3 about its centre, so that f32 carries 2^-24 absolutely. Conservative
@@ -29,11 +29,11 @@ const LEAF_COUNT_SHIFT: u32 = 27;
 const EMPTY: u32 = u32::MAX;
 const MAX_LEAF: u32 = 4;
 
-/// Four boxes: lower x, y, z, upper x, y, z; then what is in them.
+/// Four boxes: per axis the lower, then the upper bounds; then what is in them.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Node {
-    bounds: [Vec4; 6],
+    bounds: [[Vec4; 2]; 3],
     child: [u32; 4],
 }
 
@@ -93,16 +93,13 @@ impl Bvh4 {
             if let Some((node, slot)) = parent {
                 self.nodes[node].child[slot] = index as u32;
             }
-            let mut bounds = [[f32::INFINITY; 4]; 6];
-            for row in &mut bounds[3..] {
-                *row = [f32::NEG_INFINITY; 4];
-            }
+            let mut bounds = [[[f32::INFINITY; 4], [f32::NEG_INFINITY; 4]]; 3];
             let mut child = [EMPTY; 4];
             for (slot, &b) in slots.iter().enumerate() {
                 let node = &binary.nodes[b];
-                for axis in 0..3 {
-                    bounds[axis][slot] = node.aabb().min[axis];
-                    bounds[3 + axis][slot] = node.aabb().max[axis];
+                for (axis, [lower, upper]) in bounds.iter_mut().enumerate() {
+                    lower[slot] = node.aabb().min[axis];
+                    upper[slot] = node.aabb().max[axis];
                 }
                 if node.is_leaf() {
                     let first = self.order.len() as u32;
@@ -113,7 +110,7 @@ impl Bvh4 {
                     work.push((widen(&binary.nodes, node.first_index as usize), Some((index, slot))));
                 }
             }
-            self.nodes.push(Node { bounds: bounds.map(Vec4::from_array), child });
+            self.nodes.push(Node { bounds: bounds.map(|b| b.map(Vec4::from_array)), child });
         }
     }
 
@@ -147,33 +144,34 @@ impl Bvh4 {
         high += widen_by(high);
 
         let inv = DVec3::from_array(d.to_array().map(|x| (1.0 / x).clamp(-MAX_INVERSE, MAX_INVERSE)));
-        let negative = [d.x < 0.0, d.y < 0.0, d.z < 0.0].map(usize::from);
+        // 1 where the ray runs toward smaller coordinates: there the upper bound is the near one.
+        let [sx, sy, sz] = [d.x < 0.0, d.y < 0.0, d.z < 0.0].map(usize::from);
         let o = o.as_vec3();
         let inv = inv.as_vec3();
         let (ox, oy, oz) = (Vec4::splat(o.x), Vec4::splat(o.y), Vec4::splat(o.z));
         let (ix, iy, iz) = (Vec4::splat(inv.x), Vec4::splat(inv.y), Vec4::splat(inv.z));
-        let near_row = [3 * negative[0], 1 + 3 * negative[1], 2 + 3 * negative[2]];
-        let far_row = [3 - 3 * negative[0], 4 - 3 * negative[1], 5 - 3 * negative[2]];
 
         stack.clear();
         let mut current = 0u32;
         loop {
             if current & LEAF == 0 {
                 let node = &self.nodes[current as usize];
-                let near_x = (node.bounds[near_row[0]] - ox) * ix;
-                let near_y = (node.bounds[near_row[1]] - oy) * iy;
-                let near_z = (node.bounds[near_row[2]] - oz) * iz;
-                let far_x = (node.bounds[far_row[0]] - ox) * ix;
-                let far_y = (node.bounds[far_row[1]] - oy) * iy;
-                let far_z = (node.bounds[far_row[2]] - oz) * iz;
+                let [x, y, z] = &node.bounds;
+                let (near_x, far_x) = ((x[sx] - ox) * ix, (x[1 - sx] - ox) * ix);
+                let (near_y, far_y) = ((y[sy] - oy) * iy, (y[1 - sy] - oy) * iy);
+                let (near_z, far_z) = ((z[sz] - oz) * iz, (z[1 - sz] - oz) * iz);
                 let near = near_x.max(near_y).max(near_z).max(low);
                 let far = (far_x.min(far_y).min(far_z) * FAR_SLACK).min(Vec4::splat(high));
                 let mut mask = near.cmple(far).bitmask();
                 if mask != 0 {
+                    if mask & (mask - 1) == 0 {
+                        current = node.child[mask.trailing_zeros() as usize & 3];
+                        continue;
+                    }
                     let near = near.to_array();
                     let first = stack.len();
                     while mask != 0 {
-                        let slot = mask.trailing_zeros() as usize;
+                        let slot = mask.trailing_zeros() as usize & 3;
                         mask &= mask - 1;
                         stack.push((node.child[slot], near[slot]));
                         // Farthest first, so that the nearest is popped next; at most four: insertion.

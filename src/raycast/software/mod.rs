@@ -1,15 +1,15 @@
-//! The unquantised caster that replaces the board: a bounding-volume tree in f32, triangles in f64, all threads.
+//! The unquantised caster that replaces the board: a bounding-volume tree in f32, patches in f64, all threads.
 //!
 //! ```text
-//! CastPatch --split at the diagonal v0 v2--> triangles --> Bvh4
+//! CastPatch --boxes--> Bvh4 --order of its leaves--> patches, two triangles each at the diagonal v0 v2
 //! Query --rays, chunk by chunk (rayon)--> traverse --> nearest (t, patch) | any
 //! ```
 //! Answers are functions of ray and patches alone: the nearest hit by (t, patch id) whatever the tree or the number
-//! of threads. Signs of edge values are exact (`triangle.rs`), boxes conservative (`bvh4.rs`): no ray leaves a closed
+//! of threads. Signs of edge values are exact (`patch_test.rs`), boxes conservative (`bvh4.rs`): no ray leaves a closed
 //! room. Patches with non-finite corners never hit.
 
 mod bvh4;
-mod triangle;
+mod patch_test;
 
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ use super::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit, bend_m};
 use crate::geom::{Aabb, Ray};
 use crate::mesh::PatchId;
 use bvh4::{Bvh4, Pending};
-use triangle::{TestRay, Triangle};
+use patch_test::{Patch, TestRay};
 
 /// Rays per unit of work of a thread.
 const RAYS_PER_CHUNK: usize = 1024;
@@ -29,7 +29,8 @@ const BUNDLES_PER_CHUNK: usize = 32;
 #[derive(Clone, Debug)]
 pub struct SoftwareCaster {
     tree: Bvh4,
-    triangles: Vec<Triangle>,
+    /// In the order of the tree's leaves.
+    patches: Vec<Patch>,
     bounds: Aabb,
     surface_offset_m: f64,
 }
@@ -37,23 +38,22 @@ pub struct SoftwareCaster {
 impl SoftwareCaster {
     /// Builds the tree; the id of a patch is its index.
     pub fn new(patches: Vec<CastPatch>) -> SoftwareCaster {
-        let mut unordered = Vec::with_capacity(2 * patches.len());
-        let mut boxes = Vec::with_capacity(2 * patches.len());
+        let mut ids = Vec::with_capacity(patches.len());
+        let mut boxes = Vec::with_capacity(patches.len());
         for (id, patch) in patches.iter().enumerate() {
-            for &[i, j, k] in patch.triangles() {
-                let corners = [patch.corners[i], patch.corners[j], patch.corners[k]];
-                if corners.iter().all(|c| c.is_finite()) {
-                    unordered.push(Triangle::new(corners, id as u32));
-                    boxes.push(Aabb::around(corners));
-                }
+            let corners = &patch.corners[..if patch.is_triangle { 3 } else { 4 }];
+            if corners.iter().all(|c| c.is_finite()) {
+                ids.push(id);
+                boxes.push(Aabb::around(corners.iter().copied()));
             }
         }
         let tree = Bvh4::build(&boxes);
-        let triangles = tree.order.iter().map(|&i| unordered[i as usize]).collect();
+        let ordered = tree.order.iter().map(|&i| ids[i as usize]);
+        let ordered = ordered.map(|id| Patch::new(&patches[id], id as u32)).collect();
         let bounds =
             boxes.iter().fold(Aabb::EMPTY, |s, b| Aabb { min: s.min.min(b.min), max: s.max.max(b.max) });
         let surface_offset_m = surface_offset_m(&patches, &bounds);
-        SoftwareCaster { tree, triangles, bounds, surface_offset_m }
+        SoftwareCaster { tree, patches: ordered, bounds, surface_offset_m }
     }
 
     fn test_ray(&self, ray: &Ray) -> TestRay {
@@ -67,14 +67,11 @@ impl SoftwareCaster {
         let test = self.test_ray(ray);
         let mut best: Option<RayHit> = None;
         self.tree.traverse(stack, ray.origin, ray.dir, ray.t_min, ray.t_max, |range| {
-            for triangle in &self.triangles[range] {
-                let Some((t, facing)) = triangle.intersect(&test) else { continue };
-                if !(t >= ray.t_min && t <= ray.t_max) {
-                    continue;
-                }
-                let nearer = best.is_none_or(|b| t < b.t || (t == b.t && triangle.patch < b.patch.0));
-                if nearer {
-                    best = Some(RayHit { t, patch: PatchId(triangle.patch), facing });
+            for patch in &self.patches[range] {
+                let t_max = best.map_or(ray.t_max, |b| b.t);
+                let Some((t, facing)) = patch.intersect(&test, ray.t_min, t_max) else { continue };
+                if best.is_none_or(|b| t < b.t || patch.id < b.patch.0) {
+                    best = Some(RayHit { t, patch: PatchId(patch.id), facing });
                     if ANY {
                         return f64::NEG_INFINITY;
                     }

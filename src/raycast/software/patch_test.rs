@@ -1,4 +1,4 @@
-//! Ray x triangle in f64 with certified signs: no ray slips between neighbours, at an edge or at a vertex.
+//! Ray x patch in f64 with certified signs: no ray slips between neighbours, at an edge or at a vertex.
 //!
 //! ```text
 //! o, d, v0..v2 --a_i = v_i - o--> e_i = (a_i x a_{i+1}) . d --signs--> inside? --> t, facing
@@ -13,9 +13,9 @@
 
 use glam::DVec3;
 
-use crate::raycast::Facing;
+use crate::raycast::{CastPatch, Facing};
 
-/// What a ray carries to the triangle test.
+/// What a ray carries to the patch test.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TestRay {
     /// Origin (m).
@@ -34,44 +34,59 @@ impl TestRay {
     }
 }
 
-/// One triangle of a patch.
+/// One patch: a triangle, or two that share the diagonal v0 v2, five edges in all.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triangle {
-    corners: [DVec3; 3],
-    normal: DVec3,
-    /// The patch it belongs to.
-    pub patch: u32,
+pub(super) struct Patch {
+    corners: [DVec3; 4],
+    /// Its id.
+    pub id: u32,
+    is_triangle: bool,
 }
 
-impl Triangle {
-    pub fn new(corners: [DVec3; 3], patch: u32) -> Triangle {
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        Triangle { corners, normal, patch }
+impl Patch {
+    pub fn new(patch: &CastPatch, id: u32) -> Patch {
+        Patch { corners: patch.corners, id, is_triangle: patch.is_triangle }
     }
 
-    /// Where the ray's line meets the triangle: t (may be negative) and the side; the range is the caller's.
+    /// The nearest place in `t_min..=t_max` where the ray meets the patch: t and the side.
     #[inline]
-    pub fn intersect(&self, ray: &TestRay) -> Option<(f64, Facing)> {
-        let a = self.corners.map(|v| v - ray.origin);
-        let e = [
-            edge_value(a[0], a[1], ray.dir),
-            edge_value(a[1], a[2], ray.dir),
-            edge_value(a[2], a[0], ray.dir),
-        ];
-        let least = e[0].min(e[1]).min(e[2]);
-        let most = e[0].max(e[1]).max(e[2]);
-        let bound = ray.edge_error;
-        if least < -bound && most > bound {
-            return None;
+    pub fn intersect(&self, ray: &TestRay, t_min: f64, t_max: f64) -> Option<(f64, Facing)> {
+        let [v0, v1, v2, v3] = self.corners;
+        let (a0, a1, a2) = (v0 - ray.origin, v1 - ray.origin, v2 - ray.origin);
+        let diagonal = edge_value(a2, a0, ray.dir);
+        let first = [edge_value(a0, a1, ray.dir), edge_value(a1, a2, ray.dir), diagonal];
+        let in_range = |hit: &(f64, Facing)| hit.0 >= t_min && hit.0 <= t_max;
+        let hit = intersect([v0, v1, v2], [a0, a1, a2], first, ray).filter(in_range);
+        if self.is_triangle {
+            return hit;
         }
-        let certain = least > bound || most < -bound;
-        let den = dot(self.normal, ray.dir);
-        if certain && den != 0.0 && (den > 0.0) == (least > bound) {
-            let t = dot(self.normal, a[0]) / den;
-            return Some((t, if den < 0.0 { Facing::Front } else { Facing::Back }));
+        let a3 = v3 - ray.origin;
+        let second = [-diagonal, edge_value(a2, a3, ray.dir), edge_value(a3, a0, ray.dir)];
+        match (hit, intersect([v0, v2, v3], [a0, a2, a3], second, ray).filter(in_range)) {
+            (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
+            (a, b) => a.or(b),
         }
-        intersect_near_edge(&a, &e, ray)
     }
+}
+
+/// Where the ray's line meets a triangle with corners `v`, seen from the origin at `a`, and edge values `e`.
+#[inline]
+fn intersect(v: [DVec3; 3], a: [DVec3; 3], e: [f64; 3], ray: &TestRay) -> Option<(f64, Facing)> {
+    let bound = ray.edge_error;
+    let some_negative = e[0] < -bound || e[1] < -bound || e[2] < -bound;
+    let some_positive = e[0] > bound || e[1] > bound || e[2] > bound;
+    if some_negative && some_positive {
+        return None;
+    }
+    let certain = e.iter().all(|x| x.abs() > bound);
+    // From the corners, not from the rounded a_i: as good however far the triangle is.
+    let normal = (v[1] - v[0]).cross(v[2] - v[0]);
+    let den = dot(normal, ray.dir);
+    if certain && den != 0.0 && (den > 0.0) == some_positive {
+        let t = dot(normal, a[0]) / den;
+        return Some((t, if den < 0.0 { Facing::Front } else { Facing::Back }));
+    }
+    intersect_near_edge(&a, &e, ray)
 }
 
 /// The rare case: an edge value too small for f64. Exact signs; t as the weighted mean of the corners' t, which
@@ -167,12 +182,25 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn unit() -> Triangle {
-        Triangle::new([DVec3::ZERO, DVec3::X, DVec3::Y], 0)
+    fn unit() -> Patch {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Y];
+        Patch::new(&CastPatch { corners, is_triangle: true }, 0)
     }
 
-    fn cast(t: &Triangle, o: DVec3, d: DVec3) -> Option<(f64, Facing)> {
-        t.intersect(&TestRay::new(o, d, 16.0))
+    fn cast(t: &Patch, o: DVec3, d: DVec3) -> Option<(f64, Facing)> {
+        t.intersect(&TestRay::new(o, d, 16.0), 0.0, f64::INFINITY)
+    }
+
+    #[test]
+    fn bent_quad_seen_along_its_fold_answers_with_the_nearer_triangle_in_range() {
+        // A roof with its ridge along the diagonal: a ray level through it meets both slopes.
+        let corners =
+            [DVec3::ZERO, DVec3::new(1.0, -1.0, -1.0), DVec3::new(2.0, 0.0, 0.0), DVec3::new(1.0, 1.0, -1.0)];
+        let roof = Patch::new(&CastPatch { corners, is_triangle: false }, 0);
+        let ray = TestRay::new(DVec3::new(1.0, -2.0, -0.5), DVec3::Y, 4.0);
+        assert_eq!(roof.intersect(&ray, 0.0, 9.0), Some((1.5, Facing::Front)));
+        assert_eq!(roof.intersect(&ray, 2.0, 9.0), Some((2.5, Facing::Back)));
+        assert_eq!(roof.intersect(&ray, 1.6, 2.4), None);
     }
 
     #[test]
