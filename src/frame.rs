@@ -430,7 +430,10 @@ fn stored_irradiance(
     let reach = (1e-3 * size).max(4.0 * caster.surface_offset_m());
     let rays: Vec<Ray> = points
         .iter()
-        .map(|p| Ray { t_max: 2.0, ..Ray::unbounded(p.at + reach * p.normal, -reach * p.normal) })
+        .map(|p| Ray {
+            t_max: 2.0,
+            ..Ray::unbounded(p.at + reach * p.normal, DVec3::ZERO - reach * p.normal)
+        })
         .collect();
     let hits = caster.closest_hits(Purpose::Probe, Query::Rays(&rays))?;
     let mut values = Vec::with_capacity(points.len());

@@ -163,7 +163,7 @@ pub struct SolveArgs {
     #[command(flatten)]
     pub cast: CastArgs,
     /// Stop when the unshot power is under this share of the emitted power
-    #[arg(long, value_name = "SHARE", default_value_t = crate::radiosity::SolveOptions::default().unshot_share)]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, default_value_t = crate::radiosity::SolveOptions::default().unshot_share)]
     pub unshot: f64,
     /// Write a JSON report (radeng/solve/1)
     #[arg(long, value_name = "FILE.json")]
@@ -262,7 +262,7 @@ pub struct CompareArgs {
     /// The picture to compare with it (.exr)
     pub b: PathBuf,
     /// Exit with status 1 when a pixel differs by more than this share of A's mean luminance
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub threshold: Option<f64>,
     /// Write a JSON report (radeng/compare/1)
     #[arg(long, value_name = "FILE.json")]
