@@ -6,8 +6,8 @@
 //! patch --cosine-distributed rays--> share lost through openings, share on backs
 //! ```
 //! Source points: one a stratum (element) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
-//! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks at one
-//! stratum for all of them, and a vertex takes the mean share of its elements; dense: each quadrature point looks at one
+//! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and
+//! a vertex takes the mean share of its elements, all at the same stratum of the shooter; dense: each quadrature point looks at one
 //! stratum, so that those of an element cover them all, and a vertex at one of its own. A stratum below the receiver's horizon is passed over; when all are, the middle of what is above it
 //! is looked at. Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
 //!
@@ -170,10 +170,15 @@ impl FormFactors<'_> {
             return 0;
         }
         let receiver = &self.receivers.all[i];
-        let kind = u64::from(i >= self.receivers.n_gauss()) << 32;
-        let turn = hash(self.seed, u64::from(shooter.patch.0), kind | u64::from(receiver.owner)) as usize;
-        let first = (turn + receiver.slot as usize) % N_STRATA;
-        shooter.looks(receiver.target, receiver.normal, first, full)
+        let first = if self.dense {
+            let kind = u64::from(i >= self.receivers.n_gauss()) << 32;
+            let turn = hash(self.seed, u64::from(shooter.patch.0), kind | u64::from(receiver.owner)) as usize;
+            turn + receiver.slot as usize
+        } else {
+            // All from one point: neighbouring elements, which share a bundle, cross the same cells.
+            hash(self.seed, u64::from(shooter.patch.0), 4 << 40) as usize
+        };
+        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, full)
     }
 
     /// `Targets` bundles stratum by stratum, receivers in mesh order, and the receiver that each ray belongs to.
