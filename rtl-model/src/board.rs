@@ -208,32 +208,37 @@ impl Board {
     /// One cycle of every block; true when any of them worked.
     #[inline]
     fn tick(&mut self, command: &mut Command<'_>) -> bool {
-        let dispatched = self.dispatcher.tick(DispatcherIo {
-            jobs: &command.jobs,
-            clusters: &self.host_ports,
-            fetches: &mut self.fetches,
-        });
+        let dispatched = self.dispatcher.tick(
+            self.now,
+            DispatcherIo { jobs: &command.jobs, clusters: &self.host_ports, fetches: &mut self.fetches },
+        );
         self.dispatcher_account.record(dispatched, false);
         let mut worked = dispatched == Activity::Work;
         for ((cluster, host), dram) in
             self.clusters.iter_mut().zip(&mut self.host_ports).zip(&mut self.dram_ports)
         {
-            worked |= cluster.tick(ClusterIo {
-                work: command.work,
-                any_hit: command.any_hit,
-                image: &self.image,
-                host,
-                dram,
-                counters: &mut self.counters,
-            });
+            worked |= cluster.tick(
+                self.now,
+                ClusterIo {
+                    work: command.work,
+                    any_hit: command.any_hit,
+                    image: &self.image,
+                    host,
+                    dram,
+                    counters: &mut self.counters,
+                },
+            );
         }
-        let moved = self.host_link.tick(HostLinkIo {
-            fetches: &mut self.fetches,
-            clusters: &mut self.host_ports,
-            delivered: &mut command.delivered,
-        });
+        let moved = self.host_link.tick(
+            self.now,
+            HostLinkIo {
+                fetches: &mut self.fetches,
+                clusters: &mut self.host_ports,
+                delivered: &mut command.delivered,
+            },
+        );
         self.host_link_account.record(moved, true);
-        let read = self.dram.tick(DramIo { ports: &mut self.dram_ports });
+        let read = self.dram.tick(self.now, DramIo { ports: &mut self.dram_ports });
         self.dram_account.record(read, true);
         worked | (moved == Activity::Work) | (read == Activity::Work)
     }
@@ -241,14 +246,7 @@ impl Board {
     /// The clock edge.
     #[inline]
     fn commit(&mut self) {
-        let now = self.now;
-        self.fetches.commit(now);
-        self.host_ports.iter_mut().for_each(|p| p.commit(now));
-        self.clusters.iter_mut().for_each(|c| c.commit(now));
-        for port in &mut self.dram_ports {
-            port.requests.commit(now);
-            port.responses.commit(now);
-        }
+        self.clusters.iter_mut().for_each(Cluster::commit);
         self.now += 1;
     }
 
@@ -292,9 +290,7 @@ impl Board {
     }
 
     fn watchdog(&self, cycles: u64) -> BoardError {
-        let name = |block: &str, account: &Account| {
-            format!("{block} {}", account.last().map_or("never ticked", |cause| cause.name()))
-        };
+        let name = |block: &str, account: &Account| format!("{block} {}", account.latest());
         let mut causes = vec![
             name("dispatcher", &self.dispatcher_account),
             name("host_link", &self.host_link_account),
@@ -310,7 +306,7 @@ impl Board {
             && self.fetches.is_empty()
             && self.host_link.is_quiet()
             && self.host_ports.iter().all(|p| p.commands.is_empty() && p.entries.is_empty())
-            && self.clusters.iter().all(Cluster::is_quiet)
+            && self.clusters.iter().all(|c| c.is_quiet(self.now))
             && self.dram_ports.iter().all(|p| p.requests.is_empty() && p.responses.is_empty())
             && self.dram.is_quiet()
     }

@@ -77,7 +77,7 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
     let timing = (1u32..4, 1u32..7, 1u32..3, 1u32..30);
     let fifos = (1u32..6, 1u32..6, 1u32..6, 1u32..4);
     let memory = (0u32..3, 0u32..5, 0u32..5, 1u32..4, 0u32..2, 1u32..5);
-    let bus = (0u32..3, 0u32..3, 0u32..6);
+    let bus = (0u32..4, 0u32..3, 0u32..6);
     (structure, timing, fifos, memory, bus).prop_map(|(s, t, f, m, b)| {
         let mut spec = BoardSpec {
             scheduling: [Scheduling::Static, Scheduling::Ideal][m.4 as usize],
@@ -103,8 +103,8 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
         spec.cluster_buffer =
             ClusterBufferSpec { bytes: bytes(m.1 + 1), ways: 2, cycles: m.5, miss_registers: m.3 };
         spec.loader.slots = m.5;
-        spec.bus.clock_mhz = [10.0, 25.0, 66.0][b.0 as usize];
-        spec.bus.width_bits = [8, 32, 64][b.1 as usize];
+        spec.bus.clock_mhz = [10.0, 25.0, 66.0, 2000.0][b.0 as usize];
+        spec.bus.width_bits = [8, 32, 128][b.1 as usize];
         spec.bus.arbitration_cycles = b.2;
         spec
     })

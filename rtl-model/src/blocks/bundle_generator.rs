@@ -8,7 +8,7 @@
 
 use crate::board::Work;
 use crate::fixed::Formats;
-use crate::sim::{Activity, Cause, Fifo, Wire};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire};
 
 use super::{Job, NewRay};
 
@@ -53,23 +53,23 @@ impl BundleGenerator {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, io: BundleGeneratorIo<'_>) -> Activity {
+    pub fn tick(&mut self, now: Cycle, io: BundleGeneratorIo<'_>) -> Activity {
         let Some(current) = &mut self.current else {
-            let Some(&job) = io.commands.front() else { return Activity::Idle };
+            let Some(&job) = io.commands.front(now) else { return Activity::Idle };
             // A start told in the last cycle is not in the merge's state yet.
-            let taken = io.taken_slots | io.started.get().map_or(0, |(slot, _)| 1 << slot);
+            let taken = io.taken_slots | io.started.get(now).map_or(0, |(slot, _)| 1 << slot);
             let slot = (!taken).trailing_zeros();
             if slot >= io.n_slots {
                 return Activity::Stall(Cause::Resource);
             }
             let slot = slot as u8;
-            io.commands.pop();
-            io.started.set((slot, job));
+            io.commands.pop(now);
+            io.started.set(now, (slot, job));
             self.current = Some(Current { job, slot, next: 0 });
             return Activity::Work;
         };
         let n = io.rays.len();
-        let Some(ctu) = (0..n).map(|k| (self.turn + k) % n).find(|&c| io.rays[c].can_push()) else {
+        let Some(ctu) = (0..n).map(|k| (self.turn + k) % n).find(|&c| io.rays[c].can_push(now)) else {
             return Activity::Stall(Cause::OutputFull);
         };
         self.turn = ctu + 1;
@@ -79,7 +79,7 @@ impl BundleGenerator {
                 bundles[current.job.index as usize].ray(io.formats, current.next as usize)
             }
         };
-        io.rays[ctu].push(NewRay { ray, slot: current.slot, index: current.next as u8 });
+        io.rays[ctu].push(now, NewRay { ray, slot: current.slot, index: current.next as u8 });
         current.next += 1;
         if current.next == current.job.n_rays {
             self.current = None;

@@ -136,12 +136,12 @@ impl Cluster {
 
     /// One cycle of every part; true when any of them worked.
     #[inline]
-    pub fn tick(&mut self, mut io: ClusterIo<'_>) -> bool {
-        let assigned = self.taken_slots != 0 || !io.host.commands.is_empty() || !self.generator.is_quiet();
+    pub fn tick(&mut self, now: Cycle, mut io: ClusterIo<'_>) -> bool {
+        let assigned = self.taken_slots != 0 || io.host.commands.len(now) > 0 || !self.generator.is_quiet();
         let mut order = std::mem::take(&mut self.order);
         let mut worked = false;
         for (part, account) in &mut order {
-            let activity = self.tick_part(*part, &mut io);
+            let activity = self.tick_part(now, *part, &mut io);
             worked |= activity == Activity::Work;
             account.record(activity, assigned);
         }
@@ -150,30 +150,36 @@ impl Cluster {
     }
 
     #[inline]
-    fn tick_part(&mut self, part: Part, io: &mut ClusterIo<'_>) -> Activity {
+    fn tick_part(&mut self, now: Cycle, part: Part, io: &mut ClusterIo<'_>) -> Activity {
         match part {
-            Part::Generator => self.generator.tick(BundleGeneratorIo {
-                work: io.work,
-                formats: &io.image.formats,
-                commands: &mut io.host.commands,
-                taken_slots: self.taken_slots,
-                n_slots: self.n_slots,
-                started: &mut self.started,
-                rays: &mut self.rays,
-            }),
+            Part::Generator => self.generator.tick(
+                now,
+                BundleGeneratorIo {
+                    work: io.work,
+                    formats: &io.image.formats,
+                    commands: &mut io.host.commands,
+                    taken_slots: self.taken_slots,
+                    n_slots: self.n_slots,
+                    started: &mut self.started,
+                    rays: &mut self.rays,
+                },
+            ),
             Part::Ctu { module, ctu } => {
                 let (m, ctu) = (usize::from(module), usize::from(ctu));
                 let (link, module) = (m * self.ctus_per_icu + ctu, &mut self.modules[m]);
-                module.ctus[ctu].tick(CtuIo {
-                    image: io.image,
-                    any_hit: io.any_hit,
-                    rays: &mut self.rays[link],
-                    requests: &mut module.requests[ctu],
-                    results: &mut self.results[link],
-                    list_done: &module.list_done[ctu],
-                    reduced: &module.reduced[ctu],
-                    counters: io.counters,
-                })
+                module.ctus[ctu].tick(
+                    now,
+                    CtuIo {
+                        image: io.image,
+                        any_hit: io.any_hit,
+                        rays: &mut self.rays[link],
+                        requests: &mut module.requests[ctu],
+                        results: &mut self.results[link],
+                        list_done: &module.list_done[ctu],
+                        reduced: &module.reduced[ctu],
+                        counters: io.counters,
+                    },
+                )
             }
             Part::Loader { module } => {
                 let m = usize::from(module);
@@ -181,70 +187,70 @@ impl Cluster {
                 let [list_misses, patch_misses] = &mut self.misses[2 * m..2 * m + 2] else {
                     unreachable!("two caches a module")
                 };
-                module.loader.tick(PatchLoaderIo {
-                    image: io.image,
-                    requests: &mut module.requests,
-                    tests: &mut module.tests,
-                    list_done: &mut module.list_done,
-                    list_misses,
-                    list_fill: &self.fills[2 * m],
-                    patch_misses,
-                    patch_fill: &self.fills[2 * m + 1],
-                    counters: io.counters,
-                })
+                module.loader.tick(
+                    now,
+                    PatchLoaderIo {
+                        image: io.image,
+                        requests: &mut module.requests,
+                        tests: &mut module.tests,
+                        list_done: &mut module.list_done,
+                        list_misses,
+                        list_fill: &self.fills[2 * m],
+                        patch_misses,
+                        patch_fill: &self.fills[2 * m + 1],
+                        counters: io.counters,
+                    },
+                )
             }
             Part::Icu { module } => {
                 let module = &mut self.modules[usize::from(module)];
-                module.icu.tick(IcuIo {
-                    image: io.image,
-                    ctus: &module.ctus,
-                    tests: &mut module.tests,
-                    results: &mut module.test_results,
-                    counters: io.counters,
-                })
+                module.icu.tick(
+                    now,
+                    IcuIo {
+                        image: io.image,
+                        ctus: &module.ctus,
+                        tests: &mut module.tests,
+                        results: &mut module.test_results,
+                        counters: io.counters,
+                    },
+                )
             }
             Part::Reducer { module } => {
                 let module = &mut self.modules[usize::from(module)];
                 module
                     .reducer
-                    .tick(ReducerIo { results: &mut module.test_results, reduced: &mut module.reduced })
+                    .tick(now, ReducerIo { results: &mut module.test_results, reduced: &mut module.reduced })
             }
-            Part::Merge => self.merge.tick(ResultMergeIo {
-                any_hit: io.any_hit,
-                started: &self.started,
-                results: &mut self.results,
-                entries: &mut io.host.entries,
-                counters: io.counters,
-            }),
-            Part::Buffer => self.buffer.tick(ClusterBufferIo {
-                requests: &mut self.misses,
-                fills: &mut self.fills,
-                dram_request: &mut io.dram.requests,
-                dram_response: &mut io.dram.responses,
-            }),
+            Part::Merge => self.merge.tick(
+                now,
+                ResultMergeIo {
+                    any_hit: io.any_hit,
+                    started: &self.started,
+                    results: &mut self.results,
+                    host: io.host,
+                    counters: io.counters,
+                },
+            ),
+            Part::Buffer => self.buffer.tick(
+                now,
+                ClusterBufferIo {
+                    requests: &mut self.misses,
+                    fills: &mut self.fills,
+                    dram_request: &mut io.dram.requests,
+                    dram_response: &mut io.dram.responses,
+                },
+            ),
         }
     }
 
-    /// The clock edge at the end of cycle `now`.
+    /// The clock edge: FIFOs and wires need none, they go by the cycle.
     #[inline]
-    pub fn commit(&mut self, now: Cycle) {
+    pub fn commit(&mut self) {
         self.taken_slots = self.merge.taken_slots();
-        self.started.commit();
-        self.rays.iter_mut().for_each(|f| f.commit(now));
-        self.results.iter_mut().for_each(|f| f.commit(now));
-        self.misses.iter_mut().for_each(|f| f.commit(now));
-        self.fills.iter_mut().for_each(Wire::commit);
-        for module in &mut self.modules {
-            module.requests.iter_mut().for_each(|f| f.commit(now));
-            module.tests.commit(now);
-            module.test_results.commit(now);
-            module.list_done.iter_mut().for_each(Wire::commit);
-            module.reduced.iter_mut().for_each(Wire::commit);
-        }
     }
 
     /// True when no token, line or message is anywhere in the cluster.
-    pub fn is_quiet(&self) -> bool {
+    pub fn is_quiet(&self, now: Cycle) -> bool {
         let modules = self.modules.iter().all(|m| {
             m.ctus.iter().all(Ctu::is_quiet)
                 && m.loader.is_quiet()
@@ -252,18 +258,18 @@ impl Cluster {
                 && m.requests.iter().all(Fifo::is_empty)
                 && m.tests.is_empty()
                 && m.test_results.is_empty()
-                && m.list_done.iter().all(Wire::is_empty)
-                && m.reduced.iter().all(Wire::is_empty)
+                && m.list_done.iter().all(|w| w.is_quiet(now))
+                && m.reduced.iter().all(|w| w.is_quiet(now))
         });
         modules
             && self.generator.is_quiet()
             && self.merge.is_quiet()
             && self.buffer.is_quiet()
-            && self.started.is_empty()
+            && self.started.is_quiet(now)
             && self.rays.iter().all(Fifo::is_empty)
             && self.results.iter().all(Fifo::is_empty)
             && self.misses.iter().all(Fifo::is_empty)
-            && self.fills.iter().all(Wire::is_empty)
+            && self.fills.iter().all(|w| w.is_quiet(now))
     }
 
     /// Every part's account.
@@ -281,10 +287,7 @@ impl Cluster {
 
     /// Each part's last cause, for the watchdog's message.
     pub(crate) fn last_causes(&self, cluster: usize) -> impl Iterator<Item = String> {
-        self.order.iter().map(move |(part, account)| {
-            let cause = account.last().map_or("never ticked", |cause| cause.name());
-            format!("{} {cause}", part.name(cluster))
-        })
+        self.order.iter().map(move |(part, account)| format!("{} {}", part.name(cluster), account.latest()))
     }
 
     /// Traffic of the list caches, patch caches and the cluster buffer.

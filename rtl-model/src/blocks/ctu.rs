@@ -16,7 +16,7 @@ use crate::datapath::cell_step::{Cell, advance};
 use crate::datapath::{HitWords, RayWords};
 use crate::functional::CanonicalCounters;
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Fifo, Pipe, Wire, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe, Wire, next_set_bit};
 use crate::spec::CtuSpec;
 
 use super::{CellRequest, ContextId, ListDone, NewRay, RayResult, Reduced};
@@ -127,26 +127,26 @@ impl Ctu {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, io: CtuIo<'_>) -> Activity {
-        let messages = io.list_done.get().is_some() | io.reduced.get().is_some();
-        if !messages & (self.ready == 0) & self.pipe.is_empty() & io.rays.front().is_none() {
+    pub fn tick(&mut self, now: Cycle, io: CtuIo<'_>) -> Activity {
+        let messages = io.list_done.get(now).is_some() | io.reduced.get(now).is_some();
+        if !messages & (self.ready == 0) & self.pipe.is_empty() & io.rays.front(now).is_none() {
             self.cooldown = self.cooldown.saturating_sub(1);
             return if self.is_quiet() { Activity::Idle } else { Activity::Stall(Cause::Starved) };
         }
-        if let Some(done) = io.list_done.get() {
+        if let Some(done) = io.list_done.get(now) {
             let context = &mut self.contexts[usize::from(done.context)];
             context.list_done = true;
             context.outstanding += done.tests.cast_signed();
             self.wake(done.context);
         }
-        if let Some(reduced) = io.reduced.get() {
+        if let Some(reduced) = io.reduced.get(now) {
             let context = &mut self.contexts[usize::from(reduced.context)];
             context.best = reduced.best;
             context.outstanding -= 1;
             self.wake(reduced.context);
         }
-        let blocked = !self.leave_pipe(io.requests, io.results);
-        let arrived = self.accept(io.rays);
+        let blocked = !self.leave_pipe(now, io.requests, io.results);
+        let arrived = self.accept(now, io.rays);
         self.cooldown = self.cooldown.saturating_sub(1);
         let mut issued = false;
         if !blocked {
@@ -188,25 +188,30 @@ impl Ctu {
     }
 
     /// Sends the pipeline's oldest step on; false when its link is full.
-    fn leave_pipe(&mut self, requests: &mut Fifo<CellRequest>, results: &mut Fifo<RayResult>) -> bool {
+    fn leave_pipe(
+        &mut self,
+        now: Cycle,
+        requests: &mut Fifo<CellRequest>,
+        results: &mut Fifo<RayResult>,
+    ) -> bool {
         let Some(&Step { context: id, outcome }) = self.pipe.head() else { return true };
         let context = &mut self.contexts[usize::from(id)];
         match outcome {
             Outcome::Again => self.ready |= 1 << id,
             Outcome::Request => {
-                if !requests.can_push() {
+                if !requests.can_push(now) {
                     return false;
                 }
                 context.list_done = false;
                 let fresh = std::mem::take(&mut context.fresh);
                 let from = ContextId { ctu: self.id, context: id };
-                requests.push(CellRequest { context: from, cell: context.cell, fresh });
+                requests.push(now, CellRequest { context: from, cell: context.cell, fresh });
             }
             Outcome::End => {
-                if !results.can_push() {
+                if !results.can_push(now) {
                     return false;
                 }
-                results.push(RayResult { slot: context.slot, index: context.index, hit: context.best });
+                results.push(now, RayResult { slot: context.slot, index: context.index, hit: context.best });
                 self.free |= 1 << id;
             }
         }
@@ -214,9 +219,9 @@ impl Ctu {
     }
 
     /// Takes a new ray into a free context; it may step from the next cycle on. Returns that context's bit.
-    fn accept(&mut self, rays: &mut Fifo<NewRay>) -> u64 {
+    fn accept(&mut self, now: Cycle, rays: &mut Fifo<NewRay>) -> u64 {
         let Some(context) = next_set_bit(self.free, 0) else { return 0 };
-        let Some(NewRay { ray, slot, index }) = rays.pop() else { return 0 };
+        let Some(NewRay { ray, slot, index }) = rays.pop(now) else { return 0 };
         self.contexts[context as usize] = Context {
             ray,
             cell: Cell([0; 3]),

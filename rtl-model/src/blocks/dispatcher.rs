@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use crate::sim::{Activity, Cause, Fifo};
+use crate::sim::{Activity, Cause, Cycle, Fifo};
 use crate::spec::Scheduling;
 
 use super::{HostPort, Job};
@@ -71,24 +71,24 @@ impl Dispatcher {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, io: DispatcherIo<'_>) -> Activity {
+    pub fn tick(&mut self, now: Cycle, io: DispatcherIo<'_>) -> Activity {
         if self.is_quiet() {
             return Activity::Idle;
         }
-        if !io.fetches.can_push() {
+        if !io.fetches.can_push(now) {
             return Activity::Stall(Cause::OutputFull);
         }
         let n = self.ranges.len();
         for k in 0..n {
             let c = (self.turn + k) % n;
             let commands = &io.clusters[c].commands;
-            let taken = commands.pushes() - u64::from(commands.len());
+            let taken = commands.taken(now);
             if self.issued[c] - taken >= u64::from(commands.depth()) {
                 continue;
             }
             let source = if self.scheduling == Scheduling::Ideal { 0 } else { c };
             let Some(job) = self.ranges[source].next() else { continue };
-            io.fetches.push(FetchRequest { cluster: c as u32, job: io.jobs[job] });
+            io.fetches.push(now, FetchRequest { cluster: c as u32, job: io.jobs[job] });
             self.issued[c] += 1;
             self.turn = c + 1;
             return Activity::Work;

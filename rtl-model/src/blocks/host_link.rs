@@ -9,7 +9,7 @@
 //! wait. The bus clock runs beside the board clock by an exact integer accumulator. A test-bench model, not RTL.
 //! Timing is ASSUMED (SBus of a workstation of the time). Not modelled: other masters on the bus.
 
-use crate::sim::{Activity, Cause, Fifo, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, next_set_bit};
 use crate::spec::BoardSpec;
 
 use super::dispatcher::FetchRequest;
@@ -22,24 +22,14 @@ pub struct HostPort {
     pub commands: Fifo<Job>,
     /// Results, from the cluster's result merge.
     pub entries: Fifo<ResultEntry>,
-    /// Entries that end a bundle, ever taken from `entries`.
-    lasts_taken: u64,
-    /// Entries that end a bundle, ever put into `entries`; kept by the commit of the port.
-    lasts_put: u64,
+    /// One token per entry that ends a bundle, pushed and popped along with it: the count of ends in `entries`.
+    pub ends: Fifo<()>,
 }
 
 impl HostPort {
     /// Empty queues of these depths.
     pub fn new(commands: u32, entries: u32) -> Self {
-        HostPort { commands: Fifo::new(commands), entries: Fifo::new(entries), lasts_taken: 0, lasts_put: 0 }
-    }
-
-    /// The clock edge.
-    #[inline]
-    pub fn commit(&mut self, now: crate::sim::Cycle) {
-        self.commands.commit(now);
-        self.lasts_put += u64::from(self.entries.staged().is_some_and(ResultEntry::is_last));
-        self.entries.commit(now);
+        HostPort { commands: Fifo::new(commands), entries: Fifo::new(entries), ends: Fifo::new(entries) }
     }
 }
 
@@ -121,7 +111,7 @@ impl HostLink {
 
     /// One board cycle.
     #[inline]
-    pub fn tick(&mut self, mut io: HostLinkIo<'_>) -> Activity {
+    pub fn tick(&mut self, now: Cycle, mut io: HostLinkIo<'_>) -> Activity {
         if self.setup_left > 0 {
             self.setup_left -= 1;
             return Activity::Stall(Cause::Bus);
@@ -130,7 +120,7 @@ impl HostLink {
         self.phase_hz += self.bus_hz;
         while self.phase_hz >= self.board_hz {
             self.phase_hz -= self.board_hz;
-            match self.bus_cycle(&mut io) {
+            match self.bus_cycle(now, &mut io) {
                 Activity::Idle => {}
                 Activity::Work => activity = Activity::Work,
                 stall if activity == Activity::Idle => activity = stall,
@@ -143,9 +133,9 @@ impl HostLink {
         activity
     }
 
-    fn bus_cycle(&mut self, io: &mut HostLinkIo<'_>) -> Activity {
+    fn bus_cycle(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> Activity {
         if self.transfer.is_none() {
-            self.grant(io);
+            self.grant(now, io);
             if self.transfer.is_none() {
                 return Activity::Idle;
             }
@@ -154,34 +144,34 @@ impl HostLink {
             self.arbitration_left -= 1;
             return Activity::Stall(Cause::Bus);
         }
-        self.beat(io);
-        Activity::Work
+        if self.beat(now, io) { Activity::Work } else { Activity::Stall(Cause::OutputFull) }
     }
 
     /// Starts a burst.
-    fn grant(&mut self, io: &mut HostLinkIo<'_>) {
+    fn grant(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) {
         let burst_entries = (self.burst_bytes / self.entry_bytes).max(1);
         let mut sending = 0u64;
         for (c, port) in io.clusters.iter().enumerate() {
-            let len = port.entries.len();
-            let flush = port.lasts_put > port.lasts_taken || len == port.entries.depth();
+            let len = port.entries.len(now);
+            let flush = port.ends.front(now).is_some() || len == port.entries.depth();
             sending |=
-                u64::from(len > 0 && port.entries.front().is_some() && (flush || len >= burst_entries)) << c;
+                u64::from(len > 0 && port.entries.front(now).is_some() && (flush || len >= burst_entries))
+                    << c;
         }
         let up = next_set_bit(sending, self.turn);
-        let down = io.fetches.front().is_some();
+        let down = io.fetches.front(now).is_some();
         match up {
             Some(cluster) if !(down && self.last_was_up) => {
                 self.turn = cluster + 1;
                 let cluster = cluster as usize;
-                let entries_left = burst_entries.min(io.clusters[cluster].entries.len());
-                let Some(entry) = self.take_entry(&mut io.clusters[cluster]) else { return };
+                let entries_left = burst_entries.min(io.clusters[cluster].entries.len(now));
+                let Some(entry) = self.take_entry(now, &mut io.clusters[cluster]) else { return };
                 let beats_left = self.beats_per_entry();
                 self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
                 self.last_was_up = true;
             }
             _ => {
-                let Some(request) = io.fetches.pop() else { return };
+                let Some(request) = io.fetches.pop(now) else { return };
                 let bytes_left = request.job.bytes;
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left: self.burst_bytes });
                 self.last_was_up = false;
@@ -194,23 +184,33 @@ impl HostLink {
         self.entry_bytes.div_ceil(self.word_bytes)
     }
 
-    fn take_entry(&self, port: &mut HostPort) -> Option<ResultEntry> {
-        let entry = port.entries.pop()?;
-        port.lasts_taken += u64::from(entry.is_last());
+    fn take_entry(&self, now: Cycle, port: &mut HostPort) -> Option<ResultEntry> {
+        let entry = port.entries.pop(now)?;
+        if entry.is_last() {
+            port.ends.pop(now);
+        }
         Some(entry)
     }
 
-    /// Moves one bus word.
-    fn beat(&mut self, io: &mut HostLinkIo<'_>) {
+    /// Moves one bus word; false when the last word of a descriptor finds its link taken in this cycle, as can happen
+    /// with a bus faster than the board.
+    fn beat(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> bool {
         match self.transfer.take() {
             None => {}
+            Some(Transfer::Down { request, bytes_left, burst_left })
+                if bytes_left <= self.word_bytes
+                    && !io.clusters[request.cluster as usize].commands.can_push(now) =>
+            {
+                self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
+                return false;
+            }
             Some(Transfer::Down { request, bytes_left, burst_left }) => {
                 let moved = self.word_bytes.min(bytes_left);
                 self.down_bytes += u64::from(moved);
                 let (bytes_left, burst_left) = (bytes_left - moved, burst_left - self.word_bytes);
                 if bytes_left == 0 {
-                    io.clusters[request.cluster as usize].commands.push(request.job);
-                    return;
+                    io.clusters[request.cluster as usize].commands.push(now, request.job);
+                    return true;
                 }
                 let burst_left = if burst_left == 0 {
                     self.arbitration_left = self.arbitration_cycles;
@@ -224,12 +224,12 @@ impl HostLink {
                 if beats_left > 1 {
                     self.transfer =
                         Some(Transfer::Up { cluster, entries_left, entry, beats_left: beats_left - 1 });
-                    return;
+                    return true;
                 }
                 self.up_bytes += u64::from(self.entry_bytes);
                 io.delivered.push(entry);
                 if entries_left > 1
-                    && let Some(entry) = self.take_entry(&mut io.clusters[cluster])
+                    && let Some(entry) = self.take_entry(now, &mut io.clusters[cluster])
                 {
                     self.transfer = Some(Transfer::Up {
                         cluster,
@@ -240,5 +240,6 @@ impl HostLink {
                 }
             }
         }
+        true
     }
 }

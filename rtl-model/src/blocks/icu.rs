@@ -9,7 +9,7 @@
 use crate::datapath::ray_patch::intersect;
 use crate::functional::CanonicalCounters;
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Fifo, Pipe};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe};
 use crate::spec::IcuSpec;
 
 use super::{Ctu, TestResult, TestToken};
@@ -50,16 +50,16 @@ impl Icu {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, io: IcuIo<'_>) -> Activity {
-        if self.pipe.is_empty() && io.tests.front().is_none() {
+    pub fn tick(&mut self, now: Cycle, io: IcuIo<'_>) -> Activity {
+        if self.pipe.is_empty() && io.tests.front(now).is_none() {
             self.cooldown = self.cooldown.saturating_sub(1);
             return Activity::Idle;
         }
         if let Some(&result) = self.pipe.head() {
-            if !io.results.can_push() {
+            if !io.results.can_push(now) {
                 return Activity::Stall(Cause::OutputFull);
             }
-            io.results.push(result);
+            io.results.push(now, result);
         }
         self.cooldown = self.cooldown.saturating_sub(1);
         if self.cooldown > 0 {
@@ -67,7 +67,7 @@ impl Icu {
             // Full speed at the given interval: the unit itself is busy.
             return Activity::Work;
         }
-        let input = io.tests.pop().map(|TestToken { context, patch, fresh }| {
+        let input = io.tests.pop(now).map(|TestToken { context, patch, fresh }| {
             io.counters.tests += 1;
             let ray = io.ctus[usize::from(context.ctu)].ray(context.context);
             TestResult { context, hit: intersect(&io.image.formats, ray, io.image.patch_ref(patch)), fresh }

@@ -17,7 +17,7 @@ use crate::datapath::mailbox::Mailbox;
 use crate::functional::CanonicalCounters;
 use crate::memory::{LINE_WORDS, Line, Lookup, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Fifo, Wire, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, next_set_bit};
 
 use super::{CellRequest, ContextId, ListDone, TestToken};
 
@@ -141,20 +141,20 @@ impl PatchLoader {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, mut io: PatchLoaderIo<'_>) -> Activity {
+    pub fn tick(&mut self, now: Cycle, mut io: PatchLoaderIo<'_>) -> Activity {
         let quiet = self.states.free.count_ones() as usize == self.slots.len();
-        if quiet && io.requests.iter().all(|r| r.front().is_none()) {
+        if quiet && io.requests.iter().all(|r| r.front(now).is_none()) {
             // Lines asked for by slots are always awaited by them, so no fill can be on its way here.
             return Activity::Idle;
         }
-        self.take_fills(&io);
+        self.take_fills(now, &io);
         // Every step acts on the states at the start of the cycle: a slot moves by one state a cycle.
         let start = self.states;
-        let finished = self.finish(start.done, &mut io);
-        let (sent, port) = self.send_test(start, &mut io);
+        let finished = self.finish(now, start.done, &mut io);
+        let (sent, port) = self.send_test(now, start, &mut io);
         let filtered = self.filter(start.filter, io.image, io.counters);
-        let listed = self.read_list(start, &mut io);
-        let taken = self.take_request(io.requests);
+        let listed = self.read_list(now, start, &mut io);
+        let taken = self.take_request(now, io.requests);
         if finished || sent || filtered || listed == Some(true) || taken {
             return Activity::Work;
         }
@@ -166,8 +166,8 @@ impl PatchLoader {
         }
     }
 
-    fn take_fills(&mut self, io: &PatchLoaderIo<'_>) {
-        if let Some(line) = self.list_port.fill(io.list_fill) {
+    fn take_fills(&mut self, now: Cycle, io: &PatchLoaderIo<'_>) {
+        if let Some(line) = self.list_port.fill(now, io.list_fill) {
             for_each_bit(self.states.header_waits, |i| {
                 if self.slots[i].awaited == line {
                     self.states.header_waits &= !(1 << i);
@@ -183,7 +183,7 @@ impl PatchLoader {
                 }
             });
         }
-        if let Some(line) = self.patch_port.fill(io.patch_fill) {
+        if let Some(line) = self.patch_port.fill(now, io.patch_fill) {
             for_each_bit(self.states.patch_waits, |i| {
                 if self.slots[i].awaited == line {
                     self.states.patch_waits &= !(1 << i);
@@ -194,23 +194,23 @@ impl PatchLoader {
     }
 
     /// Tells one CTU that a list is through.
-    fn finish(&mut self, done: u64, io: &mut PatchLoaderIo<'_>) -> bool {
+    fn finish(&mut self, now: Cycle, done: u64, io: &mut PatchLoaderIo<'_>) -> bool {
         let Some(i) = next_set_bit(done, self.done_turn) else { return false };
         self.done_turn = i + 1;
         self.states.done &= !(1 << i);
         self.states.free |= 1 << i;
         let slot = &self.slots[i as usize];
         io.list_done[usize::from(slot.context.ctu)]
-            .set(ListDone { context: slot.context.context, tests: slot.tests });
+            .set(now, ListDone { context: slot.context.context, tests: slot.tests });
         true
     }
 
     /// The patch port: one look-up or one record from a line register, then one token.
-    fn send_test(&mut self, start: States, io: &mut PatchLoaderIo<'_>) -> (bool, PatchPort) {
+    fn send_test(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> (bool, PatchPort) {
         if start.patch_here | start.patch == 0 {
             return (false, PatchPort::Nothing);
         }
-        if !io.tests.can_push() {
+        if !io.tests.can_push(now) {
             return (false, PatchPort::OutputFull);
         }
         // Records at hand first: they hold what others may wait for.
@@ -222,7 +222,7 @@ impl PatchLoader {
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
         if here.is_none() {
             let line = Line::of_word(io.image.patch_address(slot.patch));
-            match self.patch_port.read(line, io.patch_misses) {
+            match self.patch_port.read(now, line, io.patch_misses) {
                 Lookup::Hit => {}
                 Lookup::Waits => {
                     slot.awaited = line;
@@ -239,7 +239,7 @@ impl PatchLoader {
             usize::from(slot.context.ctu) * self.contexts_per_ctu + usize::from(slot.context.context);
         self.mailboxes[mailbox].push(slot.patch);
         let fresh = !std::mem::replace(&mut self.tested[mailbox], true);
-        io.tests.push(TestToken { context: slot.context, patch: slot.patch, fresh });
+        io.tests.push(now, TestToken { context: slot.context, patch: slot.patch, fresh });
         slot.tests += 1;
         self.next_entry(i);
         (true, PatchPort::Looked)
@@ -280,14 +280,14 @@ impl PatchLoader {
     }
 
     /// The list port: one look-up of a header or of a list line. `Some(false)`: refused.
-    fn read_list(&mut self, start: States, io: &mut PatchLoaderIo<'_>) -> Option<bool> {
+    fn read_list(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> Option<bool> {
         let i = next_set_bit(start.header | start.list, self.list_turn)?;
         self.list_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
         let is_header = start.header & bit != 0;
         let address = if is_header { io.image.header_address(slot.cell) } else { slot.address };
         let line = Line::of_word(address);
-        let lookup = self.list_port.read(line, io.list_misses);
+        let lookup = self.list_port.read(now, line, io.list_misses);
         if lookup == Lookup::Refused {
             return Some(false);
         }
@@ -314,16 +314,18 @@ impl PatchLoader {
     }
 
     /// Takes one cell request into a free slot.
-    fn take_request(&mut self, requests: &mut [Fifo<CellRequest>]) -> bool {
+    fn take_request(&mut self, now: Cycle, requests: &mut [Fifo<CellRequest>]) -> bool {
         let Some(free) = next_set_bit(self.states.free, 0) else { return false };
         let n = requests.len() as u32;
         let Some(ctu) =
-            (0..n).map(|k| (self.take_turn + k) % n).find(|&c| requests[c as usize].front().is_some())
+            (0..n).map(|k| (self.take_turn + k) % n).find(|&c| requests[c as usize].front(now).is_some())
         else {
             return false;
         };
         self.take_turn = ctu + 1;
-        let Some(CellRequest { context, cell, fresh }) = requests[ctu as usize].pop() else { return false };
+        let Some(CellRequest { context, cell, fresh }) = requests[ctu as usize].pop(now) else {
+            return false;
+        };
         if fresh {
             let mailbox = usize::from(context.ctu) * self.contexts_per_ctu + usize::from(context.context);
             self.mailboxes[mailbox] = Mailbox::default();

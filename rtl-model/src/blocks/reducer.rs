@@ -7,7 +7,7 @@
 //! Source: 1990-92 board papers; timing ASSUMED.
 
 use crate::datapath::HitWords;
-use crate::sim::{Activity, Fifo, Wire};
+use crate::sim::{Activity, Cycle, Fifo, Wire};
 
 use super::{Reduced, TestResult};
 
@@ -35,13 +35,13 @@ impl Reducer {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, io: ReducerIo<'_>) -> Activity {
-        let Some(TestResult { context, hit, fresh }) = io.results.pop() else { return Activity::Idle };
+    pub fn tick(&mut self, now: Cycle, io: ReducerIo<'_>) -> Activity {
+        let Some(TestResult { context, hit, fresh }) = io.results.pop(now) else { return Activity::Idle };
         let best =
             &mut self.best[usize::from(context.ctu) * self.contexts_per_ctu + usize::from(context.context)];
         let before = if fresh { None } else { *best };
         *best = HitWords::nearer(before, hit);
-        io.reduced[usize::from(context.ctu)].set(Reduced { context: context.context, best: *best });
+        io.reduced[usize::from(context.ctu)].set(now, Reduced { context: context.context, best: *best });
         Activity::Work
     }
 }

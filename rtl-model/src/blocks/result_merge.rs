@@ -9,9 +9,9 @@
 
 use crate::datapath::HitWords;
 use crate::functional::CanonicalCounters;
-use crate::sim::{Activity, Cause, Fifo, Wire};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire};
 
-use super::{Job, RayResult, ResultEntry};
+use super::{HostPort, Job, RayResult, ResultEntry};
 
 #[derive(Clone, Debug)]
 struct Slot {
@@ -44,7 +44,7 @@ pub struct ResultMergeIo<'a> {
     /// From the CTUs of the cluster.
     pub results: &'a mut [Fifo<RayResult>],
     /// Toward the host.
-    pub entries: &'a mut Fifo<ResultEntry>,
+    pub host: &'a mut HostPort,
     /// Canonical counts.
     pub counters: &'a mut CanonicalCounters,
 }
@@ -73,9 +73,9 @@ impl ResultMerge {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, io: ResultMergeIo<'_>) -> Activity {
-        let drained = self.drain(io.any_hit, io.entries);
-        let started = io.started.get();
+    pub fn tick(&mut self, now: Cycle, io: ResultMergeIo<'_>) -> Activity {
+        let drained = self.drain(now, io.any_hit, io.host);
+        let started = io.started.get(now);
         if let Some((slot, job)) = started {
             self.taken |= 1 << slot;
             let slot = &mut self.slots[usize::from(slot)];
@@ -84,7 +84,7 @@ impl ResultMerge {
             slot.sent = 0;
             io.counters.bundles += 1;
         }
-        let gathered = self.gather(io.results, io.counters);
+        let gathered = self.gather(now, io.results, io.counters);
         if drained == Some(true) || gathered || started.is_some() {
             Activity::Work
         } else if drained == Some(false) {
@@ -95,13 +95,18 @@ impl ResultMerge {
     }
 
     /// Takes one ray's result.
-    fn gather(&mut self, results: &mut [Fifo<RayResult>], counters: &mut CanonicalCounters) -> bool {
+    fn gather(
+        &mut self,
+        now: Cycle,
+        results: &mut [Fifo<RayResult>],
+        counters: &mut CanonicalCounters,
+    ) -> bool {
         let n = results.len();
-        let Some(ctu) = (0..n).map(|k| (self.turn + k) % n).find(|&c| results[c].front().is_some()) else {
+        let Some(ctu) = (0..n).map(|k| (self.turn + k) % n).find(|&c| results[c].front(now).is_some()) else {
             return false;
         };
         self.turn = ctu + 1;
-        let Some(RayResult { slot: id, index, hit }) = results[ctu].pop() else { return false };
+        let Some(RayResult { slot: id, index, hit }) = results[ctu].pop(now) else { return false };
         let slot = &mut self.slots[usize::from(id)];
         slot.hits[usize::from(index)] = hit;
         counters.hits += u64::from(hit.is_some());
@@ -113,9 +118,9 @@ impl ResultMerge {
     }
 
     /// Sends one entry of the oldest ended bundle; `Some(false)`: no room.
-    fn drain(&mut self, any_hit: bool, entries: &mut Fifo<ResultEntry>) -> Option<bool> {
+    fn drain(&mut self, now: Cycle, any_hit: bool, host: &mut HostPort) -> Option<bool> {
         let id = *self.ended.front()?;
-        if !entries.can_push() {
+        if !host.entries.can_push(now) {
             return Some(false);
         }
         let slot = &mut self.slots[usize::from(id)];
@@ -132,8 +137,9 @@ impl ResultMerge {
             }
         };
         slot.sent += 1;
-        entries.push(entry);
+        host.entries.push(now, entry);
         if entry.is_last() {
+            host.ends.push(now, ());
             self.ended.pop_front();
             self.taken &= !(1 << id);
         }

@@ -10,7 +10,7 @@
 //! Not modelled: prefetch.
 
 use super::{Line, LineCache, Traffic};
-use crate::sim::{Activity, Cause, Fifo, Pipe, Wire, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe, Wire, next_set_bit};
 
 /// A line on its way to the caches in `sources` (a bit each).
 #[derive(Clone, Copy, Debug)]
@@ -57,24 +57,24 @@ impl ClusterBuffer {
     }
 
     /// One cycle.
-    pub fn tick(&mut self, io: ClusterBufferIo<'_>) -> Activity {
+    pub fn tick(&mut self, now: Cycle, io: ClusterBufferIo<'_>) -> Activity {
         let mut driven = 0;
         if let Some(&fill) = self.hits.head() {
-            deliver(fill, io.fills);
+            deliver(now, fill, io.fills);
             driven = fill.sources;
         }
         let mut filled = false;
-        if let Some(&line) = io.dram_response.front() {
+        if let Some(&line) = io.dram_response.front(now) {
             let register = self.open.iter().position(|fill| fill.line == line);
             let register = register.expect("a line that nobody asked for came from the DRAM");
             if self.open[register].sources & driven == 0 {
-                io.dram_response.pop();
-                deliver(self.open.swap_remove(register), io.fills);
+                io.dram_response.pop(now);
+                deliver(now, self.open.swap_remove(register), io.fills);
                 self.cache.install(line);
                 filled = true;
             }
         }
-        let (hit, looked_up, refused) = self.look_up(io.requests, io.dram_request);
+        let (hit, looked_up, refused) = self.look_up(now, io.requests, io.dram_request);
         self.hits.step(hit);
         if filled || looked_up || driven != 0 {
             Activity::Work
@@ -90,32 +90,33 @@ impl ClusterBuffer {
     /// Serves one request: a hit to start down the pipeline, whether one was taken, whether one was refused.
     fn look_up(
         &mut self,
+        now: Cycle,
         requests: &mut [Fifo<Line>],
         dram_request: &mut Fifo<Line>,
     ) -> (Option<Fill>, bool, bool) {
-        let waiting = (0..).zip(requests.iter()).filter(|(_, f)| f.front().is_some());
+        let waiting = (0..).zip(requests.iter()).filter(|(_, f)| f.front(now).is_some());
         let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
         let Some(source) = next_set_bit(waiting, self.turn) else {
             return (None, false, false);
         };
         self.turn = source + 1;
         let request = &mut requests[source as usize];
-        let Some(&line) = request.front() else { return (None, false, false) };
+        let Some(&line) = request.front(now) else { return (None, false, false) };
         let fill = Fill { line, sources: 1 << source };
         if self.cache.lookup(line) {
-            request.pop();
+            request.pop(now);
             self.traffic.accesses += 1;
             return (Some(fill), true, false);
         }
         if let Some(open) = self.open.iter_mut().find(|open| open.line == line) {
             open.sources |= fill.sources;
-        } else if self.open.len() < self.capacity && dram_request.can_push() {
-            dram_request.push(line);
+        } else if self.open.len() < self.capacity && dram_request.can_push(now) {
+            dram_request.push(now, line);
             self.open.push(fill);
         } else {
             return (None, false, true);
         }
-        request.pop();
+        request.pop(now);
         self.traffic.accesses += 1;
         self.traffic.misses += 1;
         (None, true, false)
@@ -132,10 +133,10 @@ impl ClusterBuffer {
     }
 }
 
-fn deliver(fill: Fill, wires: &mut [Wire<Line>]) {
+fn deliver(now: Cycle, fill: Fill, wires: &mut [Wire<Line>]) {
     let mut left = fill.sources;
     while left != 0 {
-        wires[left.trailing_zeros() as usize].set(fill.line);
+        wires[left.trailing_zeros() as usize].set(now, fill.line);
         left &= left - 1;
     }
 }

@@ -8,7 +8,7 @@
 //! Sizes, banks and timing are ASSUMED. Not modelled: refresh, overlap of banks.
 
 use super::{LINE_BYTES, Line, Traffic};
-use crate::sim::{Activity, Cause, Fifo, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, next_set_bit};
 
 /// One cluster's link to the DRAM.
 #[derive(Debug, Clone)]
@@ -69,9 +69,9 @@ impl Dram {
     }
 
     /// One cycle.
-    pub fn tick(&mut self, io: DramIo<'_>) -> Activity {
+    pub fn tick(&mut self, now: Cycle, io: DramIo<'_>) -> Activity {
         if self.service.is_none() {
-            self.service = self.next_request(io.ports);
+            self.service = self.next_request(now, io.ports);
         }
         let Some(service) = &mut self.service else { return Activity::Idle };
         if service.latency > 0 {
@@ -83,20 +83,20 @@ impl Dram {
             return Activity::Work;
         }
         let responses = &mut io.ports[service.cluster as usize].responses;
-        if !responses.can_push() {
+        if !responses.can_push(now) {
             return Activity::Stall(Cause::OutputFull);
         }
-        responses.push(service.line);
+        responses.push(now, service.line);
         self.service = None;
         Activity::Work
     }
 
-    fn next_request(&mut self, ports: &mut [DramPort]) -> Option<Service> {
-        let waiting = (0..).zip(ports.iter()).filter(|(_, p)| p.requests.front().is_some());
+    fn next_request(&mut self, now: Cycle, ports: &mut [DramPort]) -> Option<Service> {
+        let waiting = (0..).zip(ports.iter()).filter(|(_, p)| p.requests.front(now).is_some());
         let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
         let cluster = next_set_bit(waiting, self.turn)?;
         self.turn = cluster + 1;
-        let line = ports[cluster as usize].requests.pop()?;
+        let line = ports[cluster as usize].requests.pop(now)?;
         let banks = self.open_rows.len() as u32;
         let (bank, row) = (line.0 % banks, line.0 / banks / self.lines_per_row);
         let open = &mut self.open_rows[bank as usize];
@@ -129,17 +129,15 @@ mod tests {
         let mut to_send = lines.iter();
         let mut arrivals = Vec::new();
         for now in 0..1000 {
-            if ports[0].requests.can_push()
+            if ports[0].requests.can_push(now)
                 && let Some(&line) = to_send.next()
             {
-                ports[0].requests.push(Line(line));
+                ports[0].requests.push(now, Line(line));
             }
-            if ports[0].responses.pop().is_some() {
+            if ports[0].responses.pop(now).is_some() {
                 arrivals.push(now);
             }
-            dram.tick(DramIo { ports: &mut ports });
-            ports[0].requests.commit(now);
-            ports[0].responses.commit(now);
+            dram.tick(now, DramIo { ports: &mut ports });
         }
         assert_eq!(arrivals.len(), lines.len());
         arrivals

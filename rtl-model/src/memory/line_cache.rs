@@ -8,7 +8,7 @@
 //! its eviction before use costs nothing and a cache of 0 bytes still works (one line register per miss register).
 
 use super::{Line, Traffic};
-use crate::sim::{Fifo, Wire};
+use crate::sim::{Cycle, Fifo, Wire};
 
 /// Tags of a set-associative cache of 64-byte lines; 0 lines is a cache that never hits.
 #[derive(Clone, Debug)]
@@ -136,17 +136,17 @@ impl ReadPort {
 
     /// Reads a line; on a miss asks the next level, if a register and the request FIFO allow.
     #[inline]
-    pub fn read(&mut self, line: Line, requests: &mut Fifo<Line>) -> Lookup {
+    pub fn read(&mut self, now: Cycle, line: Line, requests: &mut Fifo<Line>) -> Lookup {
         if self.cache.lookup(line) {
             self.traffic.accesses += 1;
             return Lookup::Hit;
         }
         if !self.misses.holds(line) {
-            if !self.misses.has_room() || !requests.can_push() {
+            if !self.misses.has_room() || !requests.can_push(now) {
                 return Lookup::Refused;
             }
             self.misses.take(line);
-            requests.push(line);
+            requests.push(now, line);
         }
         self.traffic.accesses += 1;
         self.traffic.misses += 1;
@@ -155,8 +155,8 @@ impl ReadPort {
 
     /// Takes what the fill wire brings: the line is installed, its register freed.
     #[inline]
-    pub fn fill(&mut self, wire: &Wire<Line>) -> Option<Line> {
-        let line = wire.get()?;
+    pub fn fill(&mut self, now: Cycle, wire: &Wire<Line>) -> Option<Line> {
+        let line = wire.get(now)?;
         self.cache.install(line);
         self.misses.release(line);
         Some(line)
@@ -202,17 +202,15 @@ mod tests {
     fn read_port_miss_takes_a_register_merges_and_is_refused_when_none_is_free() {
         let mut port = ReadPort::new(256, 2, 1);
         let mut requests = Fifo::new(2);
-        assert_eq!(port.read(Line(9), &mut requests), Lookup::Waits);
-        assert_eq!(port.read(Line(9), &mut requests), Lookup::Waits, "merged");
-        assert_eq!(port.read(Line(10), &mut requests), Lookup::Refused);
-        requests.commit(0);
-        assert_eq!((requests.pop(), requests.len()), (Some(Line(9)), 1));
+        assert_eq!(port.read(0, Line(9), &mut requests), Lookup::Waits);
+        assert_eq!(port.read(0, Line(9), &mut requests), Lookup::Waits, "merged");
+        assert_eq!(port.read(0, Line(10), &mut requests), Lookup::Refused);
+        assert_eq!((requests.pop(1), requests.len(2)), (Some(Line(9)), 0));
         let mut wire = Wire::new();
-        wire.set(Line(9));
-        wire.commit();
-        assert_eq!(port.fill(&wire), Some(Line(9)));
+        wire.set(1, Line(9));
+        assert_eq!(port.fill(2, &wire), Some(Line(9)));
         assert!(port.is_quiet());
-        assert_eq!(port.read(Line(9), &mut requests), Lookup::Hit);
+        assert_eq!(port.read(2, Line(9), &mut requests), Lookup::Hit);
         assert_eq!(port.traffic(), Traffic { accesses: 3, misses: 2 });
     }
 }

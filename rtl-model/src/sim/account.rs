@@ -114,40 +114,55 @@ impl BlockAccount {
 #[derive(Clone, Debug, Default)]
 pub struct Account {
     cycles: [u64; 10],
-    /// Idle cycles since the last activity of this run: idle if another token comes, drain if none does.
+    /// What the block has done in the latest cycles, and how many: added to `cycles` when something else comes.
+    latest: Option<(Activity, bool)>,
+    n_latest: u64,
+    /// Idle cycles since the last token of this run: idle if another one comes, drain if none does.
     trailing_idle: u64,
     /// Had a token in this run.
     started: bool,
-    last: Option<Cause>,
 }
 
 impl Account {
     /// Records one cycle. `assigned` tells whether the surroundings have work in progress: an idle block is then
     /// starved.
+    #[inline]
     pub fn record(&mut self, activity: Activity, assigned: bool) {
-        let cause = match activity {
-            Activity::Work => Cause::Work,
-            Activity::Stall(cause) => cause,
-            Activity::Idle if !self.started => {
-                self.cycles[Cause::Fill as usize] += 1;
-                self.last = Some(Cause::Fill);
+        if self.latest == Some((activity, assigned)) {
+            self.n_latest += 1;
+        } else {
+            self.settle();
+            self.latest = Some((activity, assigned));
+            self.n_latest = 1;
+        }
+    }
+
+    /// Adds the latest cycles to the account.
+    fn settle(&mut self) {
+        let n = std::mem::take(&mut self.n_latest);
+        let cause = match self.latest {
+            None => return,
+            Some((Activity::Work, _)) => Cause::Work,
+            Some((Activity::Stall(cause), _)) => cause,
+            Some((Activity::Idle, _)) if !self.started => {
+                self.cycles[Cause::Fill as usize] += n;
                 return;
             }
-            Activity::Idle if assigned => Cause::Starved,
-            Activity::Idle => {
-                self.trailing_idle += 1;
-                self.last = Some(Cause::Idle);
+            Some((Activity::Idle, true)) => Cause::Starved,
+            Some((Activity::Idle, false)) => {
+                self.trailing_idle += n;
                 return;
             }
         };
         self.started = true;
         self.cycles[Cause::Idle as usize] += std::mem::take(&mut self.trailing_idle);
-        self.cycles[cause as usize] += 1;
-        self.last = Some(cause);
+        self.cycles[cause as usize] += n;
     }
 
     /// Ends a run: what was idle since the last token was drain.
     pub fn end_run(&mut self) {
+        self.settle();
+        self.latest = None;
         self.cycles[Cause::Drain as usize] += std::mem::take(&mut self.trailing_idle);
         self.started = false;
     }
@@ -157,12 +172,18 @@ impl Account {
         self.cycles[Cause::Drain as usize] += cycles;
     }
 
-    /// The cause of the latest cycle, for the watchdog's message.
-    pub fn last(&self) -> Option<Cause> {
-        self.last
+    /// What the block did in the latest cycle, for the watchdog's message.
+    pub fn latest(&self) -> &'static str {
+        match self.latest {
+            None => "never ticked",
+            Some((Activity::Work, _)) => Cause::Work.name(),
+            Some((Activity::Stall(cause), _)) => cause.name(),
+            Some((Activity::Idle, true)) => Cause::Starved.name(),
+            Some((Activity::Idle, false)) => Cause::Idle.name(),
+        }
     }
 
-    /// The account so far, under a name; between runs it is closed.
+    /// The account so far, under a name; closed between runs.
     pub fn named(&self, block: String) -> BlockAccount {
         BlockAccount { block, cycles: self.cycles }
     }

@@ -1,27 +1,29 @@
 //! A first-in first-out queue between two blocks: one writer, one reader, at most one token each a cycle.
 //!
 //! ```text
-//! writer --can_push/push--> [ depth entries ] --front/pop--> reader        commit: the clock edge
+//! writer --can_push/push--> [ depth entries ] --front/pop--> reader
 //! ```
 //! Timing: a token pushed in cycle n is at the front in n + 1 at the earliest; an entry popped in cycle n is free in
 //! n + 1. So depth 1 passes a token every other cycle, depth 2 and more one a cycle (a 2-entry skid buffer).
+//! Both sides pass the cycle, and the queue answers with its state at the start of that cycle: there is no commit to
+//! call, and the order of the two sides within a cycle changes nothing.
 
-use super::Cycle;
+use super::{Cycle, NEVER};
 
 /// The queue. Its statistics count from its making.
 #[derive(Clone, Debug)]
 pub struct Fifo<T> {
+    /// A power of two of places, at least `depth`.
     entries: Box<[T]>,
     depth: u32,
     head: u32,
-    len: u32,
-    /// A token was written behind the visible ones in this cycle.
-    pushed: bool,
-    popped: bool,
-    changed_at: Cycle,
-    occupancy_cycles: u64,
-    high_water: u32,
+    /// Tokens inside, this cycle's push and pop included.
+    count: u32,
+    pushed_at: Cycle,
+    popped_at: Cycle,
     pushes: u64,
+    /// Sum of pop cycles less sum of push cycles.
+    sojourn: u64,
 }
 
 impl<T: Copy + Default> Fifo<T> {
@@ -36,69 +38,67 @@ impl<T: Copy + Default> Fifo<T> {
             entries: vec![T::default(); n].into_boxed_slice(),
             depth,
             head: 0,
-            len: 0,
-            pushed: false,
-            popped: false,
-            changed_at: 0,
-            occupancy_cycles: 0,
-            high_water: 0,
+            count: 0,
+            pushed_at: NEVER,
+            popped_at: NEVER,
             pushes: 0,
+            sojourn: 0,
         }
     }
 
-    /// True when the writer may push in this cycle.
+    /// True when the writer may push in cycle `now`.
     #[inline]
-    pub fn can_push(&self) -> bool {
-        (self.len < self.depth) & !self.pushed
+    pub fn can_push(&self, now: Cycle) -> bool {
+        (self.pushed_at != now) & (self.count + u32::from(self.popped_at == now) < self.depth)
     }
 
-    /// Stages a token; visible after the next commit.
+    /// Puts a token in; the reader sees it from the next cycle on.
     ///
     /// # Panics
     /// In debug builds, when [`Fifo::can_push`] is false.
     #[inline]
-    pub fn push(&mut self, token: T) {
-        debug_assert!(self.can_push(), "push into a full FIFO");
-        let free = self.free_entry();
-        self.entries[free] = token;
-        self.pushed = true;
+    pub fn push(&mut self, now: Cycle, token: T) {
+        debug_assert!(self.can_push(now), "push into a full FIFO");
+        let mask = self.entries.len() - 1;
+        self.entries[(self.head + self.count) as usize & mask] = token;
+        self.count += 1;
+        self.pushed_at = now;
+        self.pushes += 1;
+        self.sojourn = self.sojourn.wrapping_sub(now);
     }
 
-    /// The oldest token, as of the start of the cycle.
+    /// The oldest token, as of the start of the cycle; none any more once it is popped in this cycle.
     #[inline]
-    pub fn front(&self) -> Option<&T> {
-        if self.len == 0 || self.popped { None } else { Some(&self.entries[self.head as usize]) }
+    pub fn front(&self, now: Cycle) -> Option<&T> {
+        let visible = self.count - u32::from(self.pushed_at == now);
+        if (visible == 0) | (self.popped_at == now) {
+            return None;
+        }
+        let mask = self.entries.len() - 1;
+        Some(&self.entries[self.head as usize & mask])
     }
 
-    /// Takes the oldest token; its entry is free after the next commit.
+    /// Takes the oldest token; the writer may use its entry from the next cycle on.
     #[inline]
-    pub fn pop(&mut self) -> Option<T> {
-        let token = self.front().copied();
-        self.popped |= token.is_some();
-        token
+    pub fn pop(&mut self, now: Cycle) -> Option<T> {
+        let token = self.front(now).copied()?;
+        self.head = (self.head + 1) & (self.entries.len() as u32 - 1);
+        self.count -= 1;
+        self.popped_at = now;
+        self.sojourn = self.sojourn.wrapping_add(now);
+        Some(token)
     }
 
-    /// The token staged in this cycle.
+    /// Tokens inside at the start of cycle `now`.
     #[inline]
-    pub fn staged(&self) -> Option<&T> {
-        self.pushed.then(|| &self.entries[self.free_entry()])
+    pub fn len(&self, now: Cycle) -> u32 {
+        self.count + u32::from(self.popped_at == now) - u32::from(self.pushed_at == now)
     }
 
-    /// The entry behind the visible ones.
-    #[inline]
-    fn free_entry(&self) -> usize {
-        (self.head + self.len) as usize & (self.entries.len() - 1)
-    }
-
-    /// Tokens inside, as of the start of the cycle.
-    pub fn len(&self) -> u32 {
-        self.len
-    }
-
-    /// True when nothing is inside or staged.
+    /// True when nothing is inside, this cycle's push and pop included.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.len == 0 && !self.pushed
+        self.count == 0
     }
 
     /// Entries.
@@ -106,41 +106,15 @@ impl<T: Copy + Default> Fifo<T> {
         self.depth
     }
 
-    /// The clock edge at the end of cycle `now`.
+    /// Sum over all tokens of the cycles that each spent inside, once the queue is empty.
+    pub fn sojourn_cycles(&self) -> Option<u64> {
+        self.is_empty().then_some(self.sojourn)
+    }
+
+    /// Tokens taken by the reader before cycle `now`.
     #[inline]
-    pub fn commit(&mut self, now: Cycle) {
-        if !(self.pushed | self.popped) {
-            return;
-        }
-        // The old length held through cycle `now`.
-        self.occupancy_cycles += u64::from(self.len) * (now + 1 - self.changed_at);
-        self.changed_at = now + 1;
-        if self.pushed {
-            self.pushed = false;
-            self.len += 1;
-            self.pushes += 1;
-        }
-        if self.popped {
-            self.popped = false;
-            self.head = (self.head + 1) & (self.entries.len() as u32 - 1);
-            self.len -= 1;
-        }
-        self.high_water = self.high_water.max(self.len);
-    }
-
-    /// Sum over cycles of the tokens inside, up to the last change.
-    pub fn occupancy_cycles(&self) -> u64 {
-        self.occupancy_cycles
-    }
-
-    /// Most tokens ever inside.
-    pub fn high_water(&self) -> u32 {
-        self.high_water
-    }
-
-    /// Tokens ever pushed.
-    pub fn pushes(&self) -> u64 {
-        self.pushes
+    pub fn taken(&self, now: Cycle) -> u64 {
+        self.pushes - u64::from(self.pushed_at == now) - u64::from(self.len(now))
     }
 }
 
@@ -153,18 +127,17 @@ mod tests {
         let mut fifo = Fifo::<u64>::new(depth);
         let (mut sent, mut got) = (0, 0);
         for now in 0.. {
-            if sent < tokens && fifo.can_push() {
-                fifo.push(sent);
+            if sent < tokens && fifo.can_push(now) {
+                fifo.push(now, sent);
                 sent += 1;
             }
-            if let Some(token) = fifo.pop() {
+            if let Some(token) = fifo.pop(now) {
                 assert_eq!(token, got);
                 got += 1;
                 if got == tokens {
                     return now;
                 }
             }
-            fifo.commit(now);
         }
         unreachable!()
     }
@@ -172,10 +145,9 @@ mod tests {
     #[test]
     fn fifo_pushed_token_is_visible_one_cycle_later_and_not_before() {
         let mut fifo = Fifo::<u32>::new(4);
-        fifo.push(7);
-        assert!(fifo.front().is_none());
-        fifo.commit(0);
-        assert_eq!(fifo.front(), Some(&7));
+        fifo.push(0, 7);
+        assert!(fifo.front(0).is_none());
+        assert_eq!(fifo.front(1), Some(&7));
     }
 
     #[test]
@@ -186,31 +158,39 @@ mod tests {
     }
 
     proptest! {
-        /// Little's identity: the sum of occupancy equals the sum of sojourn, empty to empty; order is kept.
+        /// Little's identity: the sum of occupancy equals the sum of sojourn, empty to empty; tokens keep their order;
+        /// whichever side acts first in a cycle, the same happens.
         #[test]
         fn fifo_of_any_depth_under_random_traffic_keeps_order_and_littles_identity(
             depth in 1u32..9, traffic in prop::collection::vec((any::<bool>(), any::<bool>()), 1..300)
         ) {
-            let mut fifo = Fifo::<(u64, Cycle)>::new(depth);
-            let (mut sent, mut got, mut sojourn) = (0, 0, 0);
+            let mut fifos = [Fifo::<u64>::new(depth), Fifo::new(depth)];
+            let (mut sent, mut got, mut occupancy) = (0, 0, 0);
             let drain = std::iter::repeat_n((false, true), 3 * depth as usize);
             for (now, (push, pop)) in (0..).zip(traffic.into_iter().chain(drain)) {
-                if push && fifo.can_push() {
-                    // Inside from the cycle after the push.
-                    fifo.push((sent, now + 1));
+                occupancy += u64::from(fifos[0].len(now));
+                prop_assert!(fifos[0].len(now) <= depth);
+                let pushes = push && fifos[0].can_push(now);
+                let [writer_first, reader_first] = &mut fifos;
+                if pushes {
+                    writer_first.push(now, sent);
+                }
+                let tokens = [writer_first, reader_first].map(|f| if pop { f.pop(now) } else { None });
+                prop_assert_eq!(tokens[0], tokens[1]);
+                prop_assert_eq!(fifos[1].can_push(now), fifos[0].can_push(now) || pushes);
+                if pushes {
+                    fifos[1].push(now, sent);
                     sent += 1;
                 }
-                if pop && let Some((token, since)) = fifo.pop() {
+                if let Some(token) = tokens[0] {
                     prop_assert_eq!(token, got);
                     got += 1;
-                    sojourn += now + 1 - since;
                 }
-                fifo.commit(now);
-                prop_assert!(fifo.len() <= depth);
+                prop_assert_eq!(fifos[0].len(now), fifos[1].len(now));
+                prop_assert_eq!(fifos[0].taken(now + 1), got);
             }
-            prop_assert!(fifo.is_empty());
             prop_assert_eq!(got, sent);
-            prop_assert_eq!(fifo.occupancy_cycles(), sojourn);
+            prop_assert_eq!(fifos.map(|f| f.sojourn_cycles()), [Some(occupancy); 2]);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Clock, FIFO, pipe, wire, account. Nothing here knows what a ray is.
 //!
-//! Two phases a cycle: blocks `tick` and see the state at the start of the cycle; `commit` is the clock edge, at
-//! which whatever was staged becomes visible. So the order in which blocks tick changes nothing.
+//! Two phases a cycle: blocks `tick` and see the state at the start of the cycle; what they put into FIFOs and wires
+//! becomes visible at the clock edge. So the order in which blocks tick changes nothing.
 
 mod account;
 mod fifo;
@@ -17,3 +17,6 @@ pub use wire::Wire;
 
 /// A count of board clock cycles.
 pub type Cycle = u64;
+
+/// The stamp of what has not happened: no cycle, and no cycle's predecessor.
+const NEVER: Cycle = u64::MAX - 1;

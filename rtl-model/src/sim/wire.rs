@@ -1,43 +1,43 @@
 //! A register between two blocks whose reader always takes: set in cycle n, seen in cycle n + 1 only.
 
-/// The register.
-#[derive(Clone, Copy, Debug, Default)]
+use super::{Cycle, NEVER};
+
+/// The register. Two places, by the parity of the cycle, so that writer and reader never meet.
+#[derive(Clone, Copy, Debug)]
 pub struct Wire<T> {
-    seen: Option<T>,
-    staged: Option<T>,
+    places: [(Cycle, T); 2],
 }
 
-impl<T: Copy> Wire<T> {
+impl<T: Copy + Default> Default for Wire<T> {
+    fn default() -> Self {
+        Wire { places: [(NEVER, T::default()); 2] }
+    }
+}
+
+impl<T: Copy + Default> Wire<T> {
     /// An empty register.
     pub fn new() -> Self {
-        Wire { seen: None, staged: None }
+        Self::default()
     }
 
     /// Sets what the reader sees in the next cycle. At most once a cycle.
     #[inline]
-    pub fn set(&mut self, value: T) {
-        debug_assert!(self.staged.is_none(), "a wire is driven twice in a cycle");
-        self.staged = Some(value);
+    pub fn set(&mut self, now: Cycle, value: T) {
+        let place = &mut self.places[(now & 1) as usize];
+        debug_assert!(place.0 != now, "a wire is driven twice in a cycle");
+        *place = (now, value);
     }
 
     /// What was set in the last cycle.
     #[inline]
-    pub fn get(&self) -> Option<T> {
-        self.seen
+    pub fn get(&self, now: Cycle) -> Option<T> {
+        let (at, value) = &self.places[(now & 1 ^ 1) as usize];
+        (*at + 1 == now).then_some(*value)
     }
 
-    /// True when nothing is on the way.
-    pub fn is_empty(&self) -> bool {
-        self.seen.is_none() && self.staged.is_none()
-    }
-
-    /// The clock edge.
-    #[inline]
-    pub fn commit(&mut self) {
-        // Most wires are quiet in most cycles: no copy then.
-        if self.seen.is_some() | self.staged.is_some() {
-            self.seen = self.staged.take();
-        }
+    /// True when nothing is to be seen in cycle `now` or the next.
+    pub fn is_quiet(&self, now: Cycle) -> bool {
+        self.places.iter().all(|(at, _)| *at != now && *at + 1 != now)
     }
 }
 
@@ -46,13 +46,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wire_value_is_seen_in_the_next_cycle_only() {
+    fn wire_value_is_seen_in_the_next_cycle_only_even_when_set_every_cycle() {
         let mut wire = Wire::new();
-        wire.set(3);
-        assert_eq!(wire.get(), None);
-        wire.commit();
-        assert_eq!(wire.get(), Some(3));
-        wire.commit();
-        assert_eq!(wire.get(), None);
+        wire.set(0, 3);
+        assert_eq!(wire.get(0), None);
+        assert!(!wire.is_quiet(0) && !wire.is_quiet(1));
+        wire.set(1, 4);
+        assert_eq!(wire.get(1), Some(3));
+        assert_eq!(wire.get(2), Some(4));
+        assert_eq!(wire.get(3), None);
+        assert!(wire.is_quiet(3));
     }
 }
