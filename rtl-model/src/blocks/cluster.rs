@@ -61,7 +61,11 @@ pub struct Cluster {
     /// Links of the caches: 2 m the list cache of module m, 2 m + 1 its patch cache.
     misses: Vec<Fifo<Line>>,
     fills: Vec<Wire<Line>>,
-    order: Vec<(Part, Account)>,
+    /// Every part, in the order of ticks, and its account.
+    parts: Vec<Part>,
+    accounts: Vec<Account>,
+    #[cfg(test)]
+    permutation: Option<Vec<usize>>,
     ctus_per_icu: usize,
 }
 
@@ -90,11 +94,12 @@ impl Cluster {
     pub fn new(spec: &BoardSpec) -> Self {
         let (modules, k, contexts) = (spec.clusters.modules, spec.clusters.ctus_per_icu, spec.ctu.contexts);
         let caches = spec.effective_cache_bytes();
-        let mut order = vec![Part::Generator, Part::Merge, Part::Buffer];
+        let mut parts = vec![Part::Generator];
         for module in 0..modules as u8 {
-            order.extend((0..k as u8).map(|ctu| Part::Ctu { module, ctu }));
-            order.extend([Part::Loader { module }, Part::Icu { module }, Part::Reducer { module }]);
+            parts.extend((0..k as u8).map(|ctu| Part::Ctu { module, ctu }));
+            parts.extend([Part::Loader { module }, Part::Icu { module }, Part::Reducer { module }]);
         }
+        parts.extend([Part::Merge, Part::Buffer]);
         let module = || Module {
             ctus: (0..k).map(|id| Ctu::new(&spec.ctu, id as u8)).collect(),
             loader: PatchLoader::new(
@@ -129,7 +134,10 @@ impl Cluster {
             n_slots: spec.clusters.bundle_slots,
             misses: vec![Fifo::new(LINK_ENTRIES); 2 * modules as usize],
             fills: vec![Wire::new(); 2 * modules as usize],
-            order: order.into_iter().map(|part| (part, Account::default())).collect(),
+            accounts: vec![Account::default(); parts.len()],
+            parts,
+            #[cfg(test)]
+            permutation: None,
             ctus_per_icu: k as usize,
         }
     }
@@ -138,18 +146,48 @@ impl Cluster {
     #[inline]
     pub fn tick(&mut self, now: Cycle, mut io: ClusterIo<'_>) -> bool {
         let assigned = self.taken_slots != 0 || io.host.commands.len(now) > 0 || !self.generator.is_quiet();
-        let mut order = std::mem::take(&mut self.order);
-        let mut worked = false;
-        for (part, account) in &mut order {
-            let activity = self.tick_part(now, *part, &mut io);
-            worked |= activity == Activity::Work;
-            account.record(activity, assigned);
+        #[cfg(test)]
+        if let Some(permutation) = self.permutation.take() {
+            let worked = permutation
+                .iter()
+                .map(|&i| self.tick_and_record(now, self.parts[i], i, assigned, &mut io))
+                .fold(false, |any, worked| any | worked);
+            self.permutation = Some(permutation);
+            return worked;
         }
-        self.order = order;
+        // The order of `parts`, written out so that each part's code stands in line.
+        let mut worked = self.tick_and_record(now, Part::Generator, 0, assigned, &mut io);
+        let mut i = 1;
+        for module in 0..self.modules.len() as u8 {
+            for ctu in 0..self.ctus_per_icu as u8 {
+                worked |= self.tick_and_record(now, Part::Ctu { module, ctu }, i, assigned, &mut io);
+                i += 1;
+            }
+            worked |= self.tick_and_record(now, Part::Loader { module }, i, assigned, &mut io);
+            worked |= self.tick_and_record(now, Part::Icu { module }, i + 1, assigned, &mut io);
+            worked |= self.tick_and_record(now, Part::Reducer { module }, i + 2, assigned, &mut io);
+            i += 3;
+        }
+        worked |= self.tick_and_record(now, Part::Merge, i, assigned, &mut io);
+        worked |= self.tick_and_record(now, Part::Buffer, i + 1, assigned, &mut io);
         worked
     }
 
-    #[inline]
+    #[inline(always)]
+    fn tick_and_record(
+        &mut self,
+        now: Cycle,
+        part: Part,
+        account: usize,
+        assigned: bool,
+        io: &mut ClusterIo<'_>,
+    ) -> bool {
+        let activity = self.tick_part(now, part, io);
+        self.accounts[account].record(activity, assigned);
+        activity == Activity::Work
+    }
+
+    #[inline(always)]
     fn tick_part(&mut self, now: Cycle, part: Part, io: &mut ClusterIo<'_>) -> Activity {
         match part {
             Part::Generator => self.generator.tick(
@@ -274,20 +312,21 @@ impl Cluster {
 
     /// Every part's account.
     pub fn accounts(&mut self) -> impl Iterator<Item = &mut Account> {
-        self.order.iter_mut().map(|(_, account)| account)
+        self.accounts.iter_mut()
     }
 
     /// The named accounts of every part, in the order of the data flow.
     pub fn block_accounts(&self, cluster: usize) -> Vec<BlockAccount> {
         let mut parts: Vec<_> =
-            self.order.iter().map(|(part, account)| (part.name(cluster), account)).collect();
+            self.parts.iter().map(|part| part.name(cluster)).zip(&self.accounts).collect();
         parts.sort_by(|a, b| a.0.cmp(&b.0));
         parts.into_iter().map(|(name, account)| account.named(name)).collect()
     }
 
     /// Each part's last cause, for the watchdog's message.
     pub(crate) fn last_causes(&self, cluster: usize) -> impl Iterator<Item = String> {
-        self.order.iter().map(move |(part, account)| format!("{} {}", part.name(cluster), account.latest()))
+        let parts = self.parts.iter().zip(&self.accounts);
+        parts.map(move |(part, account)| format!("{} {}", part.name(cluster), account.latest()))
     }
 
     /// Traffic of the list caches, patch caches and the cluster buffer.
@@ -306,10 +345,12 @@ impl Cluster {
     #[cfg(test)]
     pub(crate) fn permute(&mut self, seed: u64) {
         let mut state = seed;
-        for i in (1..self.order.len()).rev() {
+        let mut permutation: Vec<usize> = (0..self.parts.len()).collect();
+        for i in (1..permutation.len()).rev() {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            self.order.swap(i, (state >> 33) as usize % (i + 1));
+            permutation.swap(i, (state >> 33) as usize % (i + 1));
         }
+        self.permutation = Some(permutation);
     }
 }
 

@@ -129,7 +129,8 @@ impl Ctu {
     #[inline]
     pub fn tick(&mut self, now: Cycle, io: CtuIo<'_>) -> Activity {
         let messages = io.list_done.get(now).is_some() | io.reduced.get(now).is_some();
-        if !messages & (self.ready == 0) & self.pipe.is_empty() & io.rays.front(now).is_none() {
+        let arrival = (self.free != 0) && io.rays.front(now).is_some();
+        if !(messages | arrival) & (self.ready == 0) & self.pipe.is_empty() {
             self.cooldown = self.cooldown.saturating_sub(1);
             return if self.is_quiet() { Activity::Idle } else { Activity::Stall(Cause::Starved) };
         }
