@@ -10,7 +10,7 @@ use crate::board::Work;
 use crate::functional::CanonicalCounters;
 use crate::memory::{ClusterBuffer, ClusterBufferIo, DramPort, Line, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Account, Activity, BlockAccount, Cycle, Fifo, Wire};
+use crate::sim::{Account, Activity, BlockAccount, Cycle, Fifo, Wire, Wires};
 use crate::spec::BoardSpec;
 
 use super::{
@@ -40,8 +40,8 @@ struct Module {
     requests: Vec<Fifo<CellRequest>>,
     tests: Fifo<TestToken>,
     test_results: Fifo<TestResult>,
-    list_done: Vec<Wire<ListDone>>,
-    reduced: Vec<Wire<Reduced>>,
+    list_done: Wires<ListDone>,
+    reduced: Wires<Reduced>,
 }
 
 /// The cluster.
@@ -114,8 +114,8 @@ impl Cluster {
             requests: vec![Fifo::new(spec.fifos.ctu_icu); k as usize],
             tests: Fifo::new(LINK_ENTRIES),
             test_results: Fifo::new(spec.fifos.icu_reducer),
-            list_done: vec![Wire::new(); k as usize],
-            reduced: vec![Wire::new(); k as usize],
+            list_done: Wires::new(k as usize),
+            reduced: Wires::new(k as usize),
         };
         Cluster {
             generator: BundleGenerator::default(),
@@ -213,8 +213,8 @@ impl Cluster {
                         rays: &mut self.rays[link],
                         requests: &mut module.requests[ctu],
                         results: &mut self.results[link],
-                        list_done: &module.list_done[ctu],
-                        reduced: &module.reduced[ctu],
+                        list_done: &module.list_done,
+                        reduced: &module.reduced,
                         counters: io.counters,
                     },
                 )
@@ -296,8 +296,8 @@ impl Cluster {
                 && m.requests.iter().all(Fifo::is_empty)
                 && m.tests.is_empty()
                 && m.test_results.is_empty()
-                && m.list_done.iter().all(|w| w.is_quiet(now))
-                && m.reduced.iter().all(|w| w.is_quiet(now))
+                && m.list_done.is_quiet(now)
+                && m.reduced.is_quiet(now)
         });
         modules
             && self.generator.is_quiet()

@@ -16,7 +16,7 @@ use crate::datapath::cell_step::{Cell, advance};
 use crate::datapath::{HitWords, RayWords};
 use crate::functional::CanonicalCounters;
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe, Wire, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe, Wires, next_set_bit};
 use crate::spec::CtuSpec;
 
 use super::{CellRequest, ContextId, ListDone, NewRay, RayResult, Reduced};
@@ -59,6 +59,8 @@ struct Step {
 pub struct Ctu {
     id: u8,
     contexts: Vec<Context>,
+    /// A bit per context.
+    all: u64,
     free: u64,
     ready: u64,
     turn: u32,
@@ -81,9 +83,9 @@ pub struct CtuIo<'a> {
     /// To the result merge.
     pub results: &'a mut Fifo<RayResult>,
     /// From the patch loader.
-    pub list_done: &'a Wire<ListDone>,
+    pub list_done: &'a Wires<ListDone>,
     /// From the reducer.
-    pub reduced: &'a Wire<Reduced>,
+    pub reduced: &'a Wires<Reduced>,
     /// Canonical counts.
     pub counters: &'a mut CanonicalCounters,
 }
@@ -105,6 +107,7 @@ impl Ctu {
         Ctu {
             id,
             contexts: vec![empty; spec.contexts as usize],
+            all: u64::MAX >> (64 - spec.contexts),
             free: u64::MAX >> (64 - spec.contexts),
             ready: 0,
             turn: 0,
@@ -122,25 +125,26 @@ impl Ctu {
 
     /// True when no ray is inside.
     pub fn is_quiet(&self) -> bool {
-        self.free.count_ones() as usize == self.contexts.len()
+        self.free == self.all
     }
 
     /// One cycle.
     #[inline]
     pub fn tick(&mut self, now: Cycle, io: CtuIo<'_>) -> Activity {
-        let messages = io.list_done.get(now).is_some() | io.reduced.get(now).is_some();
+        let to_me = usize::from(self.id);
+        let messages = io.list_done.has(now, to_me) | io.reduced.has(now, to_me);
         let arrival = (self.free != 0) && io.rays.front(now).is_some();
         if !(messages | arrival) & (self.ready == 0) & self.pipe.is_empty() {
             self.cooldown = self.cooldown.saturating_sub(1);
             return if self.is_quiet() { Activity::Idle } else { Activity::Stall(Cause::Starved) };
         }
-        if let Some(done) = io.list_done.get(now) {
+        if let Some(done) = io.list_done.get(now, to_me) {
             let context = &mut self.contexts[usize::from(done.context)];
             context.list_done = true;
             context.outstanding += done.tests.cast_signed();
             self.wake(done.context);
         }
-        if let Some(reduced) = io.reduced.get(now) {
+        if let Some(reduced) = io.reduced.get(now, to_me) {
             let context = &mut self.contexts[usize::from(reduced.context)];
             context.best = reduced.best;
             context.outstanding -= 1;

@@ -17,7 +17,7 @@ use crate::datapath::mailbox::Mailbox;
 use crate::functional::CanonicalCounters;
 use crate::memory::{LINE_WORDS, Line, Lookup, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, Wires, next_set_bit};
 
 use super::{CellRequest, ContextId, ListDone, TestToken};
 
@@ -63,6 +63,8 @@ struct States {
 #[derive(Clone, Debug)]
 pub struct PatchLoader {
     slots: Vec<Slot>,
+    /// A bit per slot.
+    all: u64,
     states: States,
     mailboxes: Vec<Mailbox>,
     /// True when the context's ray was tested at least once.
@@ -86,7 +88,7 @@ pub struct PatchLoaderIo<'a> {
     /// To the ICU.
     pub tests: &'a mut Fifo<TestToken>,
     /// To the CTUs.
-    pub list_done: &'a mut [Wire<ListDone>],
+    pub list_done: &'a mut Wires<ListDone>,
     /// Lines wanted by the list cache.
     pub list_misses: &'a mut Fifo<Line>,
     /// Lines for the list cache.
@@ -114,6 +116,7 @@ impl PatchLoader {
         };
         PatchLoader {
             slots: vec![slot; n_slots as usize],
+            all: u64::MAX >> (64 - n_slots),
             states: States { free: u64::MAX >> (64 - n_slots), ..States::default() },
             mailboxes: vec![Mailbox::default(); (n_ctus * contexts) as usize],
             tested: vec![false; (n_ctus * contexts) as usize],
@@ -134,16 +137,13 @@ impl PatchLoader {
 
     /// True when no list is being worked on and no line is on its way.
     pub fn is_quiet(&self) -> bool {
-        self.states.free.count_ones() as usize == self.slots.len()
-            && self.list_port.is_quiet()
-            && self.patch_port.is_quiet()
+        self.states.free == self.all && self.list_port.is_quiet() && self.patch_port.is_quiet()
     }
 
     /// One cycle.
     #[inline]
     pub fn tick(&mut self, now: Cycle, mut io: PatchLoaderIo<'_>) -> Activity {
-        let quiet = self.states.free.count_ones() as usize == self.slots.len();
-        if quiet && io.requests.iter().all(|r| r.front(now).is_none()) {
+        if self.states.free == self.all && io.requests.iter().all(|r| r.front(now).is_none()) {
             // Lines asked for by slots are always awaited by them, so no fill can be on its way here.
             return Activity::Idle;
         }
@@ -200,8 +200,8 @@ impl PatchLoader {
         self.states.done &= !(1 << i);
         self.states.free |= 1 << i;
         let slot = &self.slots[i as usize];
-        io.list_done[usize::from(slot.context.ctu)]
-            .set(now, ListDone { context: slot.context.context, tests: slot.tests });
+        let done = ListDone { context: slot.context.context, tests: slot.tests };
+        io.list_done.set(now, usize::from(slot.context.ctu), done);
         true
     }
 

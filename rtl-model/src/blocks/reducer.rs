@@ -7,7 +7,7 @@
 //! Source: 1990-92 board papers; timing ASSUMED.
 
 use crate::datapath::HitWords;
-use crate::sim::{Activity, Cycle, Fifo, Wire};
+use crate::sim::{Activity, Cycle, Fifo, Wires};
 
 use super::{Reduced, TestResult};
 
@@ -24,7 +24,7 @@ pub struct ReducerIo<'a> {
     /// From the ICU.
     pub results: &'a mut Fifo<TestResult>,
     /// To the CTUs of the module.
-    pub reduced: &'a mut [Wire<Reduced>],
+    pub reduced: &'a mut Wires<Reduced>,
 }
 
 impl Reducer {
@@ -41,7 +41,7 @@ impl Reducer {
             &mut self.best[usize::from(context.ctu) * self.contexts_per_ctu + usize::from(context.context)];
         let before = if fresh { None } else { *best };
         *best = HitWords::nearer(before, hit);
-        io.reduced[usize::from(context.ctu)].set(now, Reduced { context: context.context, best: *best });
+        io.reduced.set(now, usize::from(context.ctu), Reduced { context: context.context, best: *best });
         Activity::Work
     }
 }

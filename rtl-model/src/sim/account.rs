@@ -75,6 +75,18 @@ pub enum Activity {
     Idle,
 }
 
+impl Activity {
+    /// A number for each, never 0.
+    #[inline]
+    fn code(self) -> u8 {
+        match self {
+            Activity::Work => 1,
+            Activity::Idle => 2,
+            Activity::Stall(cause) => 3 + cause as u8,
+        }
+    }
+}
+
 /// The closed account of one block.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BlockAccount {
@@ -116,6 +128,8 @@ pub struct Account {
     cycles: [u64; 10],
     /// What the block has done in the latest cycles, and how many: added to `cycles` when something else comes.
     latest: Option<(Activity, bool)>,
+    /// `latest` as one byte.
+    latest_code: u8,
     n_latest: u64,
     /// Idle cycles since the last token of this run: idle if another one comes, drain if none does.
     trailing_idle: u64,
@@ -128,11 +142,13 @@ impl Account {
     /// starved.
     #[inline]
     pub fn record(&mut self, activity: Activity, assigned: bool) {
-        if self.latest == Some((activity, assigned)) {
+        let code = activity.code() << 1 | u8::from(assigned);
+        if self.latest_code == code {
             self.n_latest += 1;
         } else {
             self.settle();
             self.latest = Some((activity, assigned));
+            self.latest_code = code;
             self.n_latest = 1;
         }
     }
@@ -163,6 +179,7 @@ impl Account {
     pub fn end_run(&mut self) {
         self.settle();
         self.latest = None;
+        self.latest_code = 0;
         self.cycles[Cause::Drain as usize] += std::mem::take(&mut self.trailing_idle);
         self.started = false;
     }

@@ -13,7 +13,7 @@ pub use account::{Account, Activity, BlockAccount, Cause};
 pub use fifo::Fifo;
 pub use pipe::Pipe;
 pub use round_robin::next_set_bit;
-pub use wire::Wire;
+pub use wire::{Wire, Wires};
 
 /// A count of board clock cycles.
 pub type Cycle = u64;
