@@ -223,6 +223,21 @@ impl Backend {
         assert!(fronts * 10 > hits.len() * 9, "{fronts} of {} fronts", hits.len());
     }
 
+    fn zero_components_of_either_sign_aim_the_same_way(&self) {
+        let patches = closed_room(4);
+        let ray = |zero: f64, axis: usize, sign: f64| {
+            let mut dir = [zero; 3];
+            dir[axis] = sign;
+            Ray::unbounded(DVec3::new(0.11, -0.07, 0.13), DVec3::from_array(dir))
+        };
+        let aims = (0..3).flat_map(|axis| [-1.0, 1.0].map(|sign| (axis, sign)));
+        let [plus, minus] =
+            [0.0, -0.0].map(|zero| aims.clone().map(|(a, s)| ray(zero, a, s)).collect::<Vec<_>>());
+        let hits = self.closest(&patches, &plus);
+        assert!(hits.iter().all(Option::is_some) && hits.len() == 6, "{hits:?}");
+        assert_eq!(self.closest(&patches, &minus), hits);
+    }
+
     fn any_hits_tell_what_closest_hits_find(&self) {
         let patches = clutter(60, 3);
         let mut rays = room_rays(&patches, 2000, 5);
@@ -414,6 +429,10 @@ macro_rules! contract {
         mod $backend {
             #[test]
             fn room_that_is_closed_loses_no_ray() { super::$backend().no_ray_leaves_a_closed_room(); }
+            #[test]
+            fn zero_components_of_either_sign_aim_the_same_way() {
+                super::$backend().zero_components_of_either_sign_aim_the_same_way();
+            }
             #[test]
             fn any_hits_of_any_query_tell_what_closest_hits_find() {
                 super::$backend().any_hits_tell_what_closest_hits_find();

@@ -32,9 +32,11 @@ const N_STRATA: usize = 4;
 const MIDDLE: u8 = 1 << N_STRATA;
 /// Source points keep this share of a stratum's width off its edges, where a wall may stand.
 const STRATUM_MARGIN: f64 = 0.02;
-/// Cosine-distributed rays that measure what a shooter loses: 16 x 16 strata, jittered, dealt to its source points.
+/// Cosine-distributed rays that measure what a shooter loses: n x n strata, jittered, dealt to its source points.
 /// Not a `Hemisphere` bundle: its few rings are the same for every shooter, which shifts a loss by 1 % of the power.
-const HEMISPHERE_SIDE: u32 = 16;
+const HEMISPHERE_SIDE: u32 = 8;
+/// The same for shooters in `full`, which carry most of the power.
+const FULL_HEMISPHERE_SIDE: u32 = 16;
 
 /// Form factors from every receiver to one shooter.
 #[derive(Clone, Debug)]
@@ -217,15 +219,17 @@ impl FormFactors<'_> {
     pub(super) fn stray_shares(
         &self,
         patch: PatchId,
+        full: bool,
         caster: &mut dyn RayCaster,
     ) -> Result<(StrayShares, u64), CastError> {
+        let side = if full { FULL_HEMISPHERE_SIDE } else { HEMISPHERE_SIDE };
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let (t1, t2) = tangent_frame(shooter.normal);
-        let rays: Vec<Ray> = (0..HEMISPHERE_SIDE * HEMISPHERE_SIDE)
+        let rays: Vec<Ray> = (0..side * side)
             .map(|k| {
-                let (i, j) = (k % HEMISPHERE_SIDE, k / HEMISPHERE_SIDE);
+                let (i, j) = (k % side, k / side);
                 let [du, dv] = unit_pair(hash(self.seed, u64::from(patch.0), 2 << 40 | u64::from(k)));
-                let side = f64::from(HEMISPHERE_SIDE);
+                let side = f64::from(side);
                 let (u, v) = ((f64::from(i) + du) / side, (f64::from(j) + dv) / side);
                 let (sin, cos) = (TAU * v).sin_cos();
                 let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;

@@ -84,7 +84,7 @@ pub(super) fn run(
                 let (row, n_rays) = factors.row(patch, full, caster)?;
                 state.n_rays += n_rays;
                 if first_time {
-                    let (stray, n_rays) = factors.stray_shares(patch, caster)?;
+                    let (stray, n_rays) = factors.stray_shares(patch, full, caster)?;
                     state.n_rays += n_rays;
                     rows.note(mesh, patch, &row, stray);
                 }

@@ -128,6 +128,12 @@ pub fn render(
     Ok(picture)
 }
 
+/// The camera bundles of a picture with one ray through the centre of every pixel, in the order in which they are cast.
+pub fn camera_bundles(camera: &Camera, width: u32, height: u32) -> Vec<RayBundle> {
+    let view = View::new(camera, width, height);
+    morton_tiles(width, height).iter().map(|tile| view.bundle(tile, 0, 1)).collect()
+}
+
 /// The bundles of one sample of a band of tiles, and a path per ray in their order.
 fn camera_wave(
     view: &View,

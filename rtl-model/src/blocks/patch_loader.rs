@@ -57,6 +57,10 @@ struct States {
     /// Has the record in its line register.
     patch_here: u64,
     done: u64,
+    /// Of those that want a header or list line: found no miss register free; they bid again after the next fill.
+    list_full: u64,
+    /// The same of those that want a record.
+    patch_full: u64,
 }
 
 /// The block.
@@ -168,6 +172,7 @@ impl PatchLoader {
 
     fn take_fills(&mut self, now: Cycle, io: &PatchLoaderIo<'_>) {
         if let Some(line) = self.list_port.fill(now, io.list_fill) {
+            self.states.list_full = 0;
             for_each_bit(self.states.header_waits, |i| {
                 if self.slots[i].awaited == line {
                     self.states.header_waits &= !(1 << i);
@@ -184,6 +189,7 @@ impl PatchLoader {
             });
         }
         if let Some(line) = self.patch_port.fill(now, io.patch_fill) {
+            self.states.patch_full = 0;
             for_each_bit(self.states.patch_waits, |i| {
                 if self.slots[i].awaited == line {
                     self.states.patch_waits &= !(1 << i);
@@ -215,8 +221,8 @@ impl PatchLoader {
         }
         // Records at hand first: they hold what others may wait for.
         let here = next_set_bit(start.patch_here, self.patch_turn);
-        let Some(i) = here.or_else(|| next_set_bit(start.patch, self.patch_turn)) else {
-            return (false, PatchPort::Nothing);
+        let Some(i) = here.or_else(|| next_set_bit(start.patch & !start.patch_full, self.patch_turn)) else {
+            return (false, PatchPort::Refused);
         };
         self.patch_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
@@ -230,7 +236,11 @@ impl PatchLoader {
                     self.states.patch_waits |= bit;
                     return (false, PatchPort::Looked);
                 }
-                Lookup::Refused => return (false, PatchPort::Refused),
+                Lookup::Busy => return (false, PatchPort::Refused),
+                Lookup::Full => {
+                    self.states.patch_full |= bit;
+                    return (false, PatchPort::Refused);
+                }
             }
         }
         self.states.patch &= !bit;
@@ -281,15 +291,24 @@ impl PatchLoader {
 
     /// The list port: one look-up of a header or of a list line. `Some(false)`: refused.
     fn read_list(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> Option<bool> {
-        let i = next_set_bit(start.header | start.list, self.list_turn)?;
+        let wanted = start.header | start.list;
+        if wanted == 0 {
+            return None;
+        }
+        let Some(i) = next_set_bit(wanted & !start.list_full, self.list_turn) else { return Some(false) };
         self.list_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
         let is_header = start.header & bit != 0;
         let address = if is_header { io.image.header_address(slot.cell) } else { slot.address };
         let line = Line::of_word(address);
         let lookup = self.list_port.read(now, line, io.list_misses);
-        if lookup == Lookup::Refused {
-            return Some(false);
+        match lookup {
+            Lookup::Hit | Lookup::Waits => {}
+            Lookup::Busy => return Some(false),
+            Lookup::Full => {
+                self.states.list_full |= bit;
+                return Some(false);
+            }
         }
         slot.awaited = line;
         let waits = lookup == Lookup::Waits;

@@ -26,6 +26,8 @@ pub struct ClusterBuffer {
     hits: Pipe<Fill>,
     open: Vec<Fill>,
     capacity: usize,
+    /// Caches whose request found no miss register free; they bid again after the next fill.
+    full: u64,
     turn: u32,
     traffic: Traffic,
 }
@@ -51,6 +53,7 @@ impl ClusterBuffer {
             hits: Pipe::new(cycles.max(1)),
             open: Vec::with_capacity(miss_registers as usize),
             capacity: miss_registers as usize,
+            full: 0,
             turn: 0,
             traffic: Traffic::default(),
         }
@@ -71,6 +74,7 @@ impl ClusterBuffer {
                 io.dram_response.pop(now);
                 deliver(now, self.open.swap_remove(register), io.fills);
                 self.cache.install(line);
+                self.full = 0;
                 filled = true;
             }
         }
@@ -96,8 +100,8 @@ impl ClusterBuffer {
     ) -> (Option<Fill>, bool, bool) {
         let waiting = (0..).zip(requests.iter()).filter(|(_, f)| f.front(now).is_some());
         let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
-        let Some(source) = next_set_bit(waiting, self.turn) else {
-            return (None, false, false);
+        let Some(source) = next_set_bit(waiting & !self.full, self.turn) else {
+            return (None, false, waiting != 0);
         };
         self.turn = source + 1;
         let request = &mut requests[source as usize];
@@ -110,7 +114,10 @@ impl ClusterBuffer {
         }
         if let Some(open) = self.open.iter_mut().find(|open| open.line == line) {
             open.sources |= fill.sources;
-        } else if self.open.len() < self.capacity && dram_request.can_push(now) {
+        } else if self.open.len() == self.capacity {
+            self.full |= fill.sources;
+            return (None, false, true);
+        } else if dram_request.can_push(now) {
             dram_request.push(now, line);
             self.open.push(fill);
         } else {

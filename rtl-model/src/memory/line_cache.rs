@@ -112,8 +112,10 @@ pub enum Lookup {
     Hit,
     /// It is on its way; the fill wire will bring it.
     Waits,
-    /// No miss register or no room to ask: try again.
-    Refused,
+    /// No room to ask: try again.
+    Busy,
+    /// No miss register is free: there is no point in trying before the next fill.
+    Full,
 }
 
 /// A cache with its miss registers and traffic counters.
@@ -142,8 +144,11 @@ impl ReadPort {
             return Lookup::Hit;
         }
         if !self.misses.holds(line) {
-            if !self.misses.has_room() || !requests.can_push(now) {
-                return Lookup::Refused;
+            if !self.misses.has_room() {
+                return Lookup::Full;
+            }
+            if !requests.can_push(now) {
+                return Lookup::Busy;
             }
             self.misses.take(line);
             requests.push(now, line);
@@ -199,12 +204,12 @@ mod tests {
     }
 
     #[test]
-    fn read_port_miss_takes_a_register_merges_and_is_refused_when_none_is_free() {
+    fn read_port_miss_takes_a_register_merges_and_is_full_when_none_is_free() {
         let mut port = ReadPort::new(256, 2, 1);
         let mut requests = Fifo::new(2);
         assert_eq!(port.read(0, Line(9), &mut requests), Lookup::Waits);
         assert_eq!(port.read(0, Line(9), &mut requests), Lookup::Waits, "merged");
-        assert_eq!(port.read(0, Line(10), &mut requests), Lookup::Refused);
+        assert_eq!(port.read(0, Line(10), &mut requests), Lookup::Full);
         assert_eq!((requests.pop(1), requests.len(2)), (Some(Line(9)), 0));
         let mut wire = Wire::new();
         wire.set(1, Line(9));

@@ -144,8 +144,9 @@ impl Bvh4 {
         high += widen_by(high);
 
         let inv = DVec3::from_array(d.to_array().map(|x| (1.0 / x).clamp(-MAX_INVERSE, MAX_INVERSE)));
-        // 1 where the ray runs toward smaller coordinates: there the upper bound is the near one.
-        let [sx, sy, sz] = [d.x < 0.0, d.y < 0.0, d.z < 0.0].map(usize::from);
+        // 1 where the ray runs toward smaller coordinates: there the upper bound is the near one. The sign is that of
+        // the inverse, since 1 / -0.0 is negative too.
+        let [sx, sy, sz] = [inv.x < 0.0, inv.y < 0.0, inv.z < 0.0].map(usize::from);
         let o = o.as_vec3();
         let inv = inv.as_vec3();
         let (ox, oy, oz) = (Vec4::splat(o.x), Vec4::splat(o.y), Vec4::splat(o.z));
