@@ -184,6 +184,9 @@ impl Board {
         }
         let expected = if any_hit { command.jobs.len() } else { n_rays };
         command.delivered.reserve_exact(expected);
+        if let Work::Bundles(bundles) = work {
+            self.counters.bundles += bundles.len() as u64;
+        }
         self.dispatcher.start(command.jobs.len());
         self.host_link.start(self.entry_bytes(any_hit));
         let mut last_progress = self.now;

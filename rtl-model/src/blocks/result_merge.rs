@@ -82,7 +82,6 @@ impl ResultMerge {
             slot.job = job;
             slot.pending = job.n_rays;
             slot.sent = 0;
-            io.counters.bundles += 1;
         }
         let gathered = self.gather(now, io.results, io.counters);
         if drained == Some(true) || gathered || started.is_some() {

@@ -1,0 +1,98 @@
+//! A scene file through the whole machine: one picture, one count of work, whatever the board's timing.
+
+use std::path::{Path, PathBuf};
+
+use proptest::prelude::*;
+use radiosity_engine::frame::{CasterChoice, Frame, FrameOptions, PassOne, render_frame};
+use radiosity_engine::image::difference;
+use radiosity_engine::radiosity::SolveOptions;
+use radiosity_engine::render::RenderOptions;
+use rtl_model::functional::CanonicalCounters;
+use rtl_model::spec::{BoardSpec, MemoryLevels, Scheduling};
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml")
+}
+
+/// A small picture of a coarse mesh, both passes.
+fn small_frame(name: &str, caster: CasterChoice) -> Frame {
+    let solve = SolveOptions { unshot_share: 0.1, ..SolveOptions::default() };
+    let options = FrameOptions { elements: Some(60), caster, pass_1: PassOne::Solve(solve) };
+    let picture = RenderOptions { width: 20, height: 16, shadow_strata: 2, ..RenderOptions::default() };
+    render_frame(&scene(name), &options, &picture, &mut |_| {}).unwrap()
+}
+
+fn on_board(name: &str, spec: BoardSpec) -> (Frame, CanonicalCounters) {
+    let frame = small_frame(name, CasterChoice::Board(Box::new(spec)));
+    let by_purpose = frame.board.as_ref().expect("the board was the caster");
+    assert!(by_purpose.len() >= 3, "camera, form-factor and shadow rays");
+    let mut canonical = CanonicalCounters::default();
+    for (purpose, counted) in by_purpose {
+        assert!(counted.cycles > 0 && !counted.blocks.is_empty(), "{purpose:?}");
+        for block in &counted.blocks {
+            assert_eq!(block.total(), counted.cycles, "{purpose:?}: account of {}", block.block);
+        }
+        let c = &counted.canonical;
+        canonical.bundles += c.bundles;
+        canonical.rays += c.rays;
+        canonical.cells += c.cells;
+        canonical.list_entries += c.list_entries;
+        canonical.tests += c.tests;
+        canonical.hits += c.hits;
+    }
+    (frame, canonical)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+
+    /// Clusters, queues, caches, contexts, memory and scheduling change cycles, and nothing else.
+    #[test]
+    fn picture_and_canonical_counters_are_the_same_for_every_timing(
+        clusters in prop::sample::select(vec![1u32, 2, 4]),
+        contexts in 1u32..20,
+        depths in (1u32..5, 1u32..5, 1u32..5, 1u32..3),
+        cache_log2 in (0u32..7, 0u32..7),
+        levels in 0usize..3,
+        ideal in any::<bool>(),
+    ) {
+        let (reference, reference_work) = on_board("cornell-box", BoardSpec::preset("minimal").unwrap());
+        let mut spec = BoardSpec::default();
+        spec.clusters.count = clusters;
+        spec.ctu.contexts = contexts;
+        (spec.fifos.ctu_icu, spec.fifos.icu_reducer, spec.fifos.results, spec.fifos.commands) = depths;
+        let bytes = |log2: u32| if log2 == 0 { 0 } else { 64 << log2 };
+        spec.patch_cache.bytes = bytes(cache_log2.0);
+        spec.list_cache.bytes = bytes(cache_log2.1);
+        spec.memory = [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical][levels];
+        spec.scheduling = if ideal { Scheduling::Ideal } else { Scheduling::Static };
+        let (frame, work) = on_board("cornell-box", spec);
+        prop_assert_eq!(work, reference_work);
+        prop_assert!(frame.rendering.film == reference.rendering.film, "another picture");
+        prop_assert_eq!(frame.solution, reference.solution);
+    }
+}
+
+#[test]
+fn board_and_software_pictures_differ_at_shadow_edges_only() {
+    for name in ["cornell-box", "sphere-room", "mirror-glass"] {
+        let software = small_frame(name, CasterChoice::Software).rendering.film;
+        let board = on_board(name, BoardSpec::default()).0.rendering.film;
+        assert!(
+            software.pixels.iter().all(|p| p.is_finite()) && software.pixels.iter().any(|p| !p.is_black())
+        );
+        let d = difference(&software, &board, None).unwrap();
+        // One of four shadow rays of a point that decides otherwise moves a pixel by up to a quarter of its direct light.
+        assert!(d.n_over_1_percent * 20 < d.n_pixels, "{name}: {d:?}");
+        assert!(d.rmse_relative < 0.02, "{name}: {d:?}");
+    }
+}
+
+#[test]
+fn minimal_board_renders_the_same_picture_in_more_cycles() {
+    let (fast, _) = on_board("cornell-box", BoardSpec::preset("delft-1992").unwrap());
+    let (slow, _) = on_board("cornell-box", BoardSpec::preset("minimal").unwrap());
+    assert_eq!(fast.rendering.film, slow.rendering.film);
+    let cycles = |f: &Frame| f.board.iter().flatten().map(|(_, s)| s.cycles).sum::<u64>();
+    assert!(cycles(&slow) > 3 * cycles(&fast), "{} and {}", cycles(&slow), cycles(&fast));
+}
