@@ -24,7 +24,7 @@ use super::row::SparseRow;
 use super::sampling::{hash, unit_pair};
 use crate::geom::{Ray, tangent_frame};
 use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint, VertexId};
-use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
 
 /// Strata of a shooter.
 const N_STRATA: usize = 4;
@@ -73,13 +73,34 @@ pub(super) struct FormFactors<'a> {
 }
 
 impl FormFactors<'_> {
-    /// The row of `patch`, and how many rays it took; `full`: all strata from everywhere.
-    pub(super) fn row(
+    /// The rows of `shooters`, and how many rays each took, in one query; `full`: all strata from everywhere.
+    pub(super) fn rows(
         &self,
-        patch: PatchId,
-        full: bool,
+        shooters: &[(PatchId, bool)],
         caster: &mut dyn RayCaster,
-    ) -> Result<(Row, u64), CastError> {
+    ) -> Result<Vec<(Row, u64)>, CastError> {
+        let plans: Vec<Plan> = shooters.iter().map(|&(patch, full)| self.plan(patch, full)).collect();
+        let (mut bundles, mut n_rays) = (Vec::new(), Vec::new());
+        for plan in &plans {
+            let first = bundles.len();
+            self.add_bundles(plan, &mut bundles);
+            n_rays.push(Query::Bundles(&bundles[first..]).n_rays());
+        }
+        let blocked = match bundles.is_empty() {
+            true => Vec::new(),
+            false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?,
+        };
+        let mut at = 0;
+        let mut rows = Vec::with_capacity(plans.len());
+        for (plan, n) in plans.iter().zip(n_rays) {
+            rows.push((self.row(plan, &blocked[at..at + n]), n as u64));
+            at += n;
+        }
+        Ok(rows)
+    }
+
+    /// What every receiver asks of `patch`.
+    fn plan(&self, patch: PatchId, full: bool) -> Plan {
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
@@ -93,26 +114,25 @@ impl FormFactors<'_> {
             })
             .collect();
         let dense = full || self.dense;
-        let looks: Vec<u8> = (0..receivers.len())
+        let looks = (0..receivers.len())
             .into_par_iter()
             .with_min_len(1024)
             .map(|i| {
-                if dense || self.stands_in(patch, i, &kernels) {
-                    self.looks(&shooter, i, &kernels, full)
-                } else {
-                    0
-                }
+                let asks = dense || self.stands_in(patch, i, &kernels);
+                if asks { self.looks(&shooter, i, &kernels, full) } else { 0 }
             })
             .collect();
+        Plan { shooter, dense, kernels, looks }
+    }
 
-        let (bundles, owners) = self.bundles(&shooter, &looks);
-        let blocked = match bundles.is_empty() {
-            true => Vec::new(),
-            false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?,
-        };
+    /// A row from what its rays saw, in the order of [`FormFactors::add_bundles`].
+    fn row(&self, plan: &Plan, blocked: &[bool]) -> Row {
+        let Plan { dense, kernels, looks, .. } = plan;
+        let receivers = &self.receivers.all;
+        let n_gauss = self.receivers.n_gauss();
         let mut n_visible = vec![0u8; receivers.len()];
-        for (&owner, blocked) in owners.iter().zip(&blocked) {
-            n_visible[owner as usize] += u8::from(!blocked);
+        for (owner, blocked) in plan.owners().zip(blocked) {
+            n_visible[owner] += u8::from(!blocked);
         }
         let own_share = |i: usize| f64::from(n_visible[i]) / f64::from(looks[i].count_ones());
         let starts = &self.receivers.element_starts;
@@ -122,7 +142,7 @@ impl FormFactors<'_> {
         let elements: Vec<f32> = (0..self.receivers.n_elements())
             .map(|e| {
                 let weighted = |i: usize| receivers[i].weight * kernels[i];
-                let factor: f64 = if dense {
+                let factor: f64 = if *dense {
                     points_of(e).filter(|&i| looks[i] != 0).map(|i| weighted(i) * own_share(i)).sum()
                 } else {
                     element_share(e).map_or(0.0, |share| share * points_of(e).map(weighted).sum::<f64>())
@@ -146,8 +166,7 @@ impl FormFactors<'_> {
                 (kernels[i] * share) as f32
             })
             .collect();
-        let row = Row { elements: SparseRow::pack(&elements), vertices: SparseRow::pack(&vertices) };
-        Ok((row, owners.len() as u64))
+        Row { elements: SparseRow::pack(&elements), vertices: SparseRow::pack(&vertices) }
     }
 
     /// Sparse: true for the one quadrature point of an element that casts its ray, a hashed one of those that the
@@ -183,73 +202,84 @@ impl FormFactors<'_> {
         shooter.looks(receiver.target, receiver.normal, first % N_STRATA, full)
     }
 
-    /// `Targets` bundles stratum by stratum, receivers in mesh order, and the receiver that each ray belongs to.
-    fn bundles(&self, shooter: &Shooter, looks: &[u8]) -> (Vec<RayBundle>, Vec<u32>) {
-        let mut bundles = Vec::new();
-        let mut owners = Vec::new();
+    /// Adds `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].
+    fn add_bundles(&self, plan: &Plan, bundles: &mut Vec<RayBundle>) {
+        let shooter = &plan.shooter;
         for (stratum, &apex) in shooter.apexes.iter().enumerate() {
-            let mut points = Vec::with_capacity(MAX_BUNDLE_RAYS);
-            for (i, looks) in looks.iter().enumerate() {
-                if looks & 1 << stratum != 0 {
-                    points.push(self.receivers.all[i].target);
-                    owners.push(i as u32);
-                    if points.len() == MAX_BUNDLE_RAYS {
-                        let points = std::mem::replace(&mut points, Vec::with_capacity(MAX_BUNDLE_RAYS));
-                        bundles.push(RayBundle::Targets { apex, points });
-                    }
-                }
-            }
-            if !points.is_empty() {
-                bundles.push(RayBundle::Targets { apex, points });
-            }
+            let targets: Vec<DVec3> =
+                plan.looking_at(1 << stratum).map(|i| self.receivers.all[i].target).collect();
+            let chunks = targets.chunks(MAX_BUNDLE_RAYS);
+            bundles.extend(chunks.map(|points| RayBundle::Targets { apex, points: points.to_vec() }));
         }
-        for (i, looks) in looks.iter().enumerate() {
-            if looks & MIDDLE != 0 {
-                let r = &self.receivers.all[i];
-                let middle = shooter.source.centre_above_horizon(r.point, r.normal);
-                let apex = middle.unwrap_or(shooter.centre) + self.offset_m * shooter.normal;
-                bundles.push(RayBundle::Targets { apex, points: vec![r.target] });
-                owners.push(i as u32);
-            }
-        }
-        (bundles, owners)
+        bundles.extend(plan.looking_at(MIDDLE).map(|i| {
+            let r = &self.receivers.all[i];
+            let middle = shooter.source.centre_above_horizon(r.point, r.normal);
+            let apex = middle.unwrap_or(shooter.centre) + self.offset_m * shooter.normal;
+            RayBundle::Targets { apex, points: vec![r.target] }
+        }));
     }
 
-    /// Shares of `patch`'s light that reach no element, and how many rays it took.
+    /// Shares of each shooter's light that reach no element, and how many rays they took, in one query.
     pub(super) fn stray_shares(
         &self,
-        patch: PatchId,
-        full: bool,
+        shooters: &[(PatchId, bool)],
         caster: &mut dyn RayCaster,
-    ) -> Result<(StrayShares, u64), CastError> {
+    ) -> Result<(Vec<StrayShares>, u64), CastError> {
+        let (mut rays, mut ends) = (Vec::new(), Vec::new());
+        for &(patch, full) in shooters {
+            self.add_hemisphere_rays(patch, full, &mut rays);
+            ends.push(rays.len());
+        }
+        let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
+        let mut start = 0;
+        let shares = ends.into_iter().map(|end| {
+            let hits = &hits[std::mem::replace(&mut start, end)..end];
+            stray(self.mesh, hits, |_| 1.0)
+        });
+        Ok((shares.collect(), rays.len() as u64))
+    }
+
+    fn add_hemisphere_rays(&self, patch: PatchId, full: bool, rays: &mut Vec<Ray>) {
         let side = if full { FULL_HEMISPHERE_SIDE } else { HEMISPHERE_SIDE };
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let (t1, t2) = tangent_frame(shooter.normal);
-        let rays: Vec<Ray> = (0..side * side)
-            .map(|k| {
-                let (i, j) = (k % side, k / side);
-                let [du, dv] = unit_pair(hash(self.seed, u64::from(patch.0), 2 << 40 | u64::from(k)));
-                let side = f64::from(side);
-                let (u, v) = ((f64::from(i) + du) / side, (f64::from(j) + dv) / side);
-                let (sin, cos) = (TAU * v).sin_cos();
-                let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;
-                Ray::unbounded(shooter.apexes[(i % 2 + 2 * (j % 2)) as usize], d)
-            })
-            .collect();
-        let query = Query::Rays(&rays);
-        let shares = stray(self.mesh, caster, query, |_| 1.0)?;
-        Ok((shares, query.n_rays() as u64))
+        rays.extend((0..side * side).map(|k| {
+            let (i, j) = (k % side, k / side);
+            let [du, dv] = unit_pair(hash(self.seed, u64::from(patch.0), 2 << 40 | u64::from(k)));
+            let (u, v) = ((f64::from(i) + du) / f64::from(side), (f64::from(j) + dv) / f64::from(side));
+            let (sin, cos) = (TAU * v).sin_cos();
+            let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;
+            Ray::unbounded(shooter.apexes[(i % 2 + 2 * (j % 2)) as usize], d)
+        }));
     }
 }
 
-/// Weighted shares of the rays of a query that miss everything and that hit backs of one-sided surfaces.
-pub(super) fn stray(
-    mesh: &Mesh,
-    caster: &mut dyn RayCaster,
-    query: Query<'_>,
-    weight: impl Fn(usize) -> f64,
-) -> Result<StrayShares, CastError> {
-    let hits = caster.closest_hits(Purpose::FormFactor, query)?;
+/// One shooter's questions.
+struct Plan {
+    shooter: Shooter,
+    /// Every receiver looks for itself.
+    dense: bool,
+    /// Unoccluded form factor at every receiver.
+    kernels: Vec<f64>,
+    /// Strata that every receiver looks at, and `MIDDLE`.
+    looks: Vec<u8>,
+}
+
+impl Plan {
+    /// Receivers that look at a stratum (a bit of `looks`).
+    fn looking_at(&self, bit: u8) -> impl Iterator<Item = usize> {
+        let looks = self.looks.iter().enumerate();
+        looks.filter(move |(_, looks)| *looks & bit != 0).map(|(i, _)| i)
+    }
+
+    /// The receiver of every ray, in the order of [`FormFactors::add_bundles`].
+    fn owners(&self) -> impl Iterator<Item = usize> {
+        (0..N_STRATA).map(|k| 1 << k).chain([MIDDLE]).flat_map(|bit| self.looking_at(bit))
+    }
+}
+
+/// Weighted shares of rays that miss everything and that hit backs of one-sided surfaces.
+pub(super) fn stray(mesh: &Mesh, hits: &[Option<RayHit>], weight: impl Fn(usize) -> f64) -> StrayShares {
     let (mut shares, mut total) = (StrayShares::default(), 0.0);
     for (i, hit) in hits.iter().enumerate() {
         total += weight(i);
@@ -262,7 +292,7 @@ pub(super) fn stray(
     if total > 0.0 {
         shares = StrayShares { lost: shares.lost / total, back: shares.back / total };
     }
-    Ok(shares)
+    shares
 }
 
 /// A patch made ready to shoot.

@@ -83,7 +83,8 @@ pub(super) fn shoot(
     if let Some(origin) = lights::position(light) {
         let directions = lights::sample_directions(light, N_STRAY_RAYS);
         let rays: Vec<Ray> = directions.iter().map(|(d, _)| Ray::unbounded(origin, *d)).collect();
-        shares = stray(mesh, caster, Query::Rays(&rays), |i| directions[i].1)?;
+        let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
+        shares = stray(mesh, &hits, |i| directions[i].1);
         n_rays += rays.len() as u64;
     }
     let vertices = irradiance.split_off(receivers.n_gauss());

@@ -28,6 +28,11 @@ use crate::units::Rgb;
 /// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
 /// errors of single ones average out, and rays would be spent fourfold.
 const MAX_FULL_SHOOTERS: usize = 256;
+/// Rows that are cast in one query, while there is memory to keep them: a command of the board is worth its set-up then,
+/// and its clusters get equal shares. What is cast ahead and never shoots is at most this many rows.
+const ROWS_PER_QUERY: usize = 16;
+/// Shooters whose stray light is measured in one query.
+const STRAY_SHOOTERS: usize = 4096;
 /// Blocks of receivers that one task updates.
 const BLOCKS_PER_TASK: usize = 32;
 
@@ -69,32 +74,49 @@ pub(super) fn run(
     let n_emitters = state.unshot_exitance.iter().filter(|m| !m.is_black()).count();
     let mut rows = RowStore::new(options.max_row_bytes);
     let emitted = state.account.emitted_w.sum();
+    let is_full = |exitance: &[Rgb], patch: PatchId| {
+        n_emitters <= MAX_FULL_SHOOTERS && !exitance[patch.0 as usize].is_black()
+    };
     while state.n_shots < options.max_shots {
         let unshot = state.unshot_power_w();
         if unshot <= options.unshot_share * emitted {
             break;
         }
         let Some(patch) = state.strongest() else { break };
-        let full = n_emitters <= MAX_FULL_SHOOTERS && !state.exitance[patch.0 as usize].is_black();
-        let first_time = !rows.known.contains_key(&patch);
         let cast;
         let row = match rows.rows.get(&patch) {
             Some(row) => row,
             None => {
-                let (row, n_rays) = factors.row(patch, full, caster)?;
-                state.n_rays += n_rays;
-                if first_time {
-                    let (stray, n_rays) = factors.stray_shares(patch, full, caster)?;
-                    state.n_rays += n_rays;
-                    rows.note(mesh, patch, &row, stray);
+                let batch: Vec<(PatchId, bool)> = state
+                    .strongest_without_row(&rows)
+                    .into_iter()
+                    .map(|patch| (patch, is_full(&state.exitance, patch)))
+                    .collect();
+                let mut batch_rows = factors.rows(&batch, caster)?;
+                state.n_rays += batch_rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
+                for ((patch, _), (row, _)) in batch.iter().zip(&batch_rows).skip(1) {
+                    rows.keep(*patch, row);
                 }
-                cast = row;
+                cast = batch_rows.swap_remove(0).0;
                 rows.keep(patch, &cast);
                 &cast
             }
         };
-        state.shoot(patch, row, rows.known[&patch].stray);
+        rows.known.entry(patch).or_insert_with(|| Known::of(mesh, patch, row));
+        state.shoot(patch, row);
         progress(SolveProgress { n_shots: state.n_shots, unshot_share: state.unshot_power_w() / emitted });
+    }
+    let shooters: Vec<(PatchId, bool)> =
+        rows.known.keys().map(|&patch| (patch, is_full(&state.exitance, patch))).collect();
+    for chunk in shooters.chunks(STRAY_SHOOTERS) {
+        let (shares, n_rays) = factors.stray_shares(chunk, caster)?;
+        state.n_rays += n_rays;
+        for (&(patch, _), stray) in chunk.iter().zip(shares) {
+            state.add_stray(patch, stray);
+            if let Some(known) = rows.known.get_mut(&patch) {
+                known.row_sum += stray.lost + stray.back;
+            }
+        }
     }
     Ok(state.finish(&rows))
 }
@@ -102,36 +124,44 @@ pub(super) fn run(
 /// What is known of a patch that shot.
 #[derive(Clone, Copy)]
 struct Known {
-    stray: StrayShares,
     area_m2: f64,
+    /// Sum of the row; in the end with the shares that reached no element.
     row_sum: f64,
+}
+
+impl Known {
+    fn of(mesh: &Mesh, patch: PatchId, row: &Row) -> Known {
+        let area_m2 = mesh.patches[patch.0 as usize].area_m2;
+        Known { area_m2, row_sum: row.elements.weighted_sum(|e| mesh.elements[e].area_m2) / area_m2 }
+    }
 }
 
 /// Rows kept, up to a bound of memory, and the record of every shooter.
 struct RowStore {
     max_bytes: u64,
     n_bytes: u64,
+    full: bool,
     rows: BTreeMap<PatchId, Row>,
     known: BTreeMap<PatchId, Known>,
 }
 
 impl RowStore {
     fn new(max_bytes: u64) -> RowStore {
-        RowStore { max_bytes, n_bytes: 0, rows: BTreeMap::new(), known: BTreeMap::new() }
-    }
-
-    fn note(&mut self, mesh: &Mesh, patch: PatchId, row: &Row, stray: StrayShares) {
-        let area_m2 = mesh.patches[patch.0 as usize].area_m2;
-        let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
-        self.known
-            .insert(patch, Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back });
+        RowStore { max_bytes, n_bytes: 0, full: false, rows: BTreeMap::new(), known: BTreeMap::new() }
     }
 
     fn keep(&mut self, patch: PatchId, row: &Row) {
         if self.n_bytes + row.n_bytes() <= self.max_bytes {
             self.n_bytes += row.n_bytes();
             self.rows.insert(patch, row.clone());
+        } else {
+            self.full = true;
         }
+    }
+
+    /// True once a row did not fit.
+    fn is_full(&self) -> bool {
+        self.full
     }
 
     fn row_sum_error(&self) -> RowSumError {
@@ -156,6 +186,8 @@ struct State<'a> {
     vertices: Vec<SplitIrradiance>,
     /// Unshot power of every patch (W).
     unshot_w: Vec<Rgb>,
+    /// Power that every patch has shot (W).
+    shot_w: Vec<Rgb>,
     account: EnergyAccount,
     n_shots: usize,
     n_rays: u64,
@@ -181,6 +213,7 @@ impl<'a> State<'a> {
             elements: vec![ElementState::default(); receivers.n_elements()],
             vertices: vec![SplitIrradiance::default(); mesh.vertices.len()],
             unshot_w: Vec::new(),
+            shot_w: vec![Rgb::BLACK; mesh.patches.len()],
             account: EnergyAccount { emitted_w, ..EnergyAccount::default() },
             n_shots: 0,
             n_rays: 0,
@@ -243,7 +276,20 @@ impl<'a> State<'a> {
         best.1
     }
 
-    fn shoot(&mut self, patch: PatchId, row: &Row, stray: StrayShares) {
+    /// The patches with most unshot power that have no row yet, strongest first: theirs are cast next, in one query.
+    fn strongest_without_row(&self, rows: &RowStore) -> Vec<PatchId> {
+        let mut patches: Vec<(f64, PatchId)> = (0..)
+            .map(PatchId)
+            .zip(&self.unshot_w)
+            .map(|(patch, w)| (w.sum(), patch))
+            .filter(|(power_w, patch)| *power_w > 0.0 && !rows.rows.contains_key(patch))
+            .collect();
+        patches.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        patches.truncate(if rows.is_full() { 1 } else { ROWS_PER_QUERY });
+        patches.into_iter().map(|(_, patch)| patch).collect()
+    }
+
+    fn shoot(&mut self, patch: PatchId, row: &Row) {
         let p = patch.0 as usize;
         let direct = std::mem::take(&mut self.unshot_exitance[p]);
         let indirect = self.optics[p].reflectance * self.unshot_irradiance(p);
@@ -270,11 +316,16 @@ impl<'a> State<'a> {
                 });
             }
         });
-        let power_w = total * self.mesh.patches[p].area_m2;
-        self.account.lost_w += power_w * stray.lost;
-        self.account.back_w += power_w * stray.back;
+        self.shot_w[p] += total * self.mesh.patches[p].area_m2;
         self.n_shots += 1;
         self.measure_unshot();
+    }
+
+    /// Accounts for what a patch's shots lost.
+    fn add_stray(&mut self, patch: PatchId, stray: StrayShares) {
+        let power_w = self.shot_w[patch.0 as usize];
+        self.account.lost_w += power_w * stray.lost;
+        self.account.back_w += power_w * stray.back;
     }
 
     fn finish(mut self, rows: &RowStore) -> Solution {
