@@ -16,12 +16,18 @@ use crate::functional::CanonicalCounters;
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
 use crate::packet;
-use crate::sim::{Account, Activity, Cycle, Fifo};
+use crate::sim::{Accounts, Activity, Cycle, Fifo};
 use crate::spec::{BoardSpec, SpecError};
 use crate::statistics::{BoardStatistics, LevelStatistics};
 
 /// Rays of a bundle, and of a chunk of explicit rays.
 pub const MAX_JOB_RAYS: usize = 64;
+
+/// The blocks outside the clusters, by the index of their account.
+const SHARED_BLOCKS: [&str; 3] = ["host_link", "dispatcher", "dram"];
+const HOST_LINK: usize = 0;
+const DISPATCHER: usize = 1;
+const DRAM: usize = 2;
 
 /// What the host asks of the board.
 #[derive(Clone, Copy, Debug)]
@@ -88,9 +94,8 @@ pub struct Board {
     clusters: Vec<Cluster>,
     dram_ports: Vec<DramPort>,
     dram: Dram,
-    dispatcher_account: Account,
-    host_link_account: Account,
-    dram_account: Account,
+    /// Of the blocks in [`SHARED_BLOCKS`].
+    accounts: Accounts,
 }
 
 /// A command while it runs.
@@ -132,9 +137,7 @@ impl Board {
                 dram.row_hit_cycles,
                 dram.row_miss_cycles,
             ),
-            dispatcher_account: Account::default(),
-            host_link_account: Account::default(),
-            dram_account: Account::default(),
+            accounts: Accounts::new(SHARED_BLOCKS.len()),
             spec: spec.clone(),
             image,
             now: 0,
@@ -201,10 +204,8 @@ impl Board {
         debug_assert!(self.is_quiet(), "a command ended with tokens on the board");
         let interrupt = self.spec.bus.interrupt_cycles;
         self.interrupt_cycles += interrupt;
-        for account in self.accounts() {
-            account.end_run();
-            account.add_drain(interrupt);
-        }
+        self.accounts.end_run(interrupt);
+        self.clusters.iter_mut().for_each(|c| c.end_run(interrupt));
         Ok(command)
     }
 
@@ -215,7 +216,7 @@ impl Board {
             self.now,
             DispatcherIo { jobs: &command.jobs, clusters: &self.host_ports, fetches: &mut self.fetches },
         );
-        self.dispatcher_account.record(dispatched, false);
+        self.accounts.record(DISPATCHER, dispatched, false);
         let mut worked = dispatched == Activity::Work;
         for ((cluster, host), dram) in
             self.clusters.iter_mut().zip(&mut self.host_ports).zip(&mut self.dram_ports)
@@ -240,9 +241,9 @@ impl Board {
                 delivered: &mut command.delivered,
             },
         );
-        self.host_link_account.record(moved, true);
+        self.accounts.record(HOST_LINK, moved, true);
         let read = self.dram.tick(self.now, DramIo { ports: &mut self.dram_ports });
-        self.dram_account.record(read, true);
+        self.accounts.record(DRAM, read, true);
         worked | (moved == Activity::Work) | (read == Activity::Work)
     }
 
@@ -286,20 +287,11 @@ impl Board {
         Ok((jobs, n_rays))
     }
 
-    fn accounts(&mut self) -> impl Iterator<Item = &mut Account> {
-        [&mut self.dispatcher_account, &mut self.host_link_account, &mut self.dram_account]
-            .into_iter()
-            .chain(self.clusters.iter_mut().flat_map(Cluster::accounts))
-    }
-
     fn watchdog(&self, cycles: u64) -> BoardError {
-        let name = |block: &str, account: &Account| format!("{block} {}", account.latest());
-        let mut causes = vec![
-            name("dispatcher", &self.dispatcher_account),
-            name("host_link", &self.host_link_account),
-            name("dram", &self.dram_account),
-        ];
-        causes.extend(self.clusters.iter().enumerate().flat_map(|(c, cluster)| cluster.last_causes(c)));
+        let shared = SHARED_BLOCKS.iter().enumerate();
+        let mut causes: Vec<String> =
+            shared.map(|(i, name)| format!("{name} {}", self.accounts.latest(i))).collect();
+        causes.extend(self.clusters.iter().enumerate().flat_map(|(c, cluster)| cluster.latest_activities(c)));
         BoardError::Watchdog { cycles, causes: causes.join(", ") }
     }
 
@@ -331,11 +323,8 @@ impl Board {
         };
         let [list, patch, buffer] = levels;
         let dram = self.dram.traffic();
-        let mut blocks = vec![
-            self.host_link_account.named("host_link".into()),
-            self.dispatcher_account.named("dispatcher".into()),
-            self.dram_account.named("dram".into()),
-        ];
+        let shared = SHARED_BLOCKS.iter().enumerate();
+        let mut blocks: Vec<_> = shared.map(|(i, name)| self.accounts.named(i, (*name).into())).collect();
         for (c, cluster) in self.clusters.iter().enumerate() {
             blocks.extend(cluster.block_accounts(c));
         }

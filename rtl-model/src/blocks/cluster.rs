@@ -10,7 +10,7 @@ use crate::board::Work;
 use crate::functional::CanonicalCounters;
 use crate::memory::{ClusterBuffer, ClusterBufferIo, DramPort, Line, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Account, Activity, BlockAccount, Cycle, Fifo, Wire, Wires};
+use crate::sim::{Accounts, Activity, BlockAccount, Cycle, Fifo, Wire, Wires};
 use crate::spec::BoardSpec;
 
 use super::{
@@ -63,7 +63,7 @@ pub struct Cluster {
     fills: Vec<Wire<Line>>,
     /// Every part, in the order of ticks, and its account.
     parts: Vec<Part>,
-    accounts: Vec<Account>,
+    accounts: Accounts,
     #[cfg(test)]
     permutation: Option<Vec<usize>>,
     ctus_per_icu: usize,
@@ -134,7 +134,7 @@ impl Cluster {
             n_slots: spec.clusters.bundle_slots,
             misses: vec![Fifo::new(LINK_ENTRIES); 2 * modules as usize],
             fills: vec![Wire::new(); 2 * modules as usize],
-            accounts: vec![Account::default(); parts.len()],
+            accounts: Accounts::new(parts.len()),
             parts,
             #[cfg(test)]
             permutation: None,
@@ -183,7 +183,7 @@ impl Cluster {
         io: &mut ClusterIo<'_>,
     ) -> bool {
         let activity = self.tick_part(now, part, io);
-        self.accounts[account].record(activity, assigned);
+        self.accounts.record(account, activity, assigned);
         activity == Activity::Work
     }
 
@@ -310,23 +310,23 @@ impl Cluster {
             && self.fills.iter().all(|w| w.is_quiet(now))
     }
 
-    /// Every part's account.
-    pub fn accounts(&mut self) -> impl Iterator<Item = &mut Account> {
-        self.accounts.iter_mut()
+    /// Ends a run, which `after` cycles with nothing on the board follow.
+    pub fn end_run(&mut self, after: Cycle) {
+        self.accounts.end_run(after);
     }
 
-    /// The named accounts of every part, in the order of the data flow.
+    /// The named accounts of every part.
     pub fn block_accounts(&self, cluster: usize) -> Vec<BlockAccount> {
-        let mut parts: Vec<_> =
-            self.parts.iter().map(|part| part.name(cluster)).zip(&self.accounts).collect();
-        parts.sort_by(|a, b| a.0.cmp(&b.0));
-        parts.into_iter().map(|(name, account)| account.named(name)).collect()
+        let parts = self.parts.iter().enumerate();
+        let mut blocks: Vec<_> = parts.map(|(i, part)| self.accounts.named(i, part.name(cluster))).collect();
+        blocks.sort_by(|a, b| a.block.cmp(&b.block));
+        blocks
     }
 
-    /// Each part's last cause, for the watchdog's message.
-    pub(crate) fn last_causes(&self, cluster: usize) -> impl Iterator<Item = String> {
-        let parts = self.parts.iter().zip(&self.accounts);
-        parts.map(move |(part, account)| format!("{} {}", part.name(cluster), account.latest()))
+    /// Each part's latest activity, for the watchdog's message.
+    pub(crate) fn latest_activities(&self, cluster: usize) -> impl Iterator<Item = String> {
+        let parts = self.parts.iter().enumerate();
+        parts.map(move |(i, part)| format!("{} {}", part.name(cluster), self.accounts.latest(i)))
     }
 
     /// Traffic of the list caches, patch caches and the cluster buffer.

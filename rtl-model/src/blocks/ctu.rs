@@ -56,17 +56,18 @@ struct Step {
 
 /// The unit.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub struct Ctu {
-    id: u8,
-    contexts: Vec<Context>,
     /// A bit per context.
     all: u64,
     free: u64,
     ready: u64,
     turn: u32,
+    cooldown: u32,
     pipe: Pipe<Step>,
     initiation_interval: u32,
-    cooldown: u32,
+    id: u8,
+    contexts: Vec<Context>,
 }
 
 /// The ports of a cycle.

@@ -1,7 +1,7 @@
 //! The closed account: every block-cycle has exactly one cause.
 //!
 //! ```text
-//! tick() -> Activity --Account::record--> cycles by Cause      idle before the first token = fill, after the last = drain
+//! tick() -> Activity --Accounts::record--> cycles by Cause      idle before the first token = fill, after the last = drain
 //! ```
 
 use serde::Serialize;
@@ -122,41 +122,87 @@ impl BlockAccount {
     }
 }
 
-/// Accumulates one block's account, run by run.
-#[derive(Clone, Debug, Default)]
-pub struct Account {
-    cycles: [u64; 10],
-    /// What the block has done in the latest cycles, and how many: added to `cycles` when something else comes.
+/// Accumulates the accounts of a set of blocks, run by run.
+///
+/// What each block does now is kept apart from the sums, 16 bytes a block: a cycle that repeats the last one touches
+/// nothing else.
+#[derive(Clone, Debug)]
+pub struct Accounts {
+    spells: Vec<Spell>,
+    sums: Vec<Sums>,
+}
+
+/// Equal cycles in a row.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spell {
+    n_cycles: u64,
+    /// What the block did in them; `None` before the first cycle of a run.
     latest: Option<(Activity, bool)>,
-    /// `latest` as one byte.
-    latest_code: u8,
-    n_latest: u64,
+    /// `latest` as one byte, 0 for `None`.
+    code: u8,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    cycles: [u64; 10],
     /// Idle cycles since the last token of this run: idle if another one comes, drain if none does.
     trailing_idle: u64,
     /// Had a token in this run.
     started: bool,
 }
 
-impl Account {
-    /// Records one cycle. `assigned` tells whether the surroundings have work in progress: an idle block is then
-    /// starved.
+impl Accounts {
+    /// Empty accounts of `n_blocks` blocks.
+    pub fn new(n_blocks: usize) -> Self {
+        Accounts { spells: vec![Spell::default(); n_blocks], sums: vec![Sums::default(); n_blocks] }
+    }
+
+    /// Records one cycle of a block. `assigned` tells whether the surroundings have work in progress: an idle block is
+    /// then starved.
     #[inline]
-    pub fn record(&mut self, activity: Activity, assigned: bool) {
+    pub fn record(&mut self, block: usize, activity: Activity, assigned: bool) {
         let code = activity.code() << 1 | u8::from(assigned);
-        if self.latest_code == code {
-            self.n_latest += 1;
+        let spell = &mut self.spells[block];
+        if spell.code == code {
+            spell.n_cycles += 1;
         } else {
-            self.settle();
-            self.latest = Some((activity, assigned));
-            self.latest_code = code;
-            self.n_latest = 1;
+            self.sums[block].add(spell);
+            *spell = Spell { n_cycles: 1, latest: Some((activity, assigned)), code };
         }
     }
 
-    /// Adds the latest cycles to the account.
-    fn settle(&mut self) {
-        let n = std::mem::take(&mut self.n_latest);
-        let cause = match self.latest {
+    /// Ends a run: what was idle since the last token was drain, as are `after` more cycles with nothing on the board
+    /// (the host's interrupt).
+    pub fn end_run(&mut self, after: u64) {
+        for (spell, sums) in self.spells.iter_mut().zip(&mut self.sums) {
+            sums.add(spell);
+            *spell = Spell::default();
+            sums.cycles[Cause::Drain as usize] += std::mem::take(&mut sums.trailing_idle) + after;
+            sums.started = false;
+        }
+    }
+
+    /// What a block did in the latest cycle, for the watchdog's message.
+    pub fn latest(&self, block: usize) -> &'static str {
+        match self.spells[block].latest {
+            None => "never ticked",
+            Some((Activity::Work, _)) => Cause::Work.name(),
+            Some((Activity::Stall(cause), _)) => cause.name(),
+            Some((Activity::Idle, true)) => Cause::Starved.name(),
+            Some((Activity::Idle, false)) => Cause::Idle.name(),
+        }
+    }
+
+    /// A block's account so far, under a name; closed between runs.
+    pub fn named(&self, block: usize, name: String) -> BlockAccount {
+        BlockAccount { block: name, cycles: self.sums[block].cycles }
+    }
+}
+
+impl Sums {
+    fn add(&mut self, spell: &Spell) {
+        let n = spell.n_cycles;
+        let cause = match spell.latest {
             None => return,
             Some((Activity::Work, _)) => Cause::Work,
             Some((Activity::Stall(cause), _)) => cause,
@@ -174,36 +220,6 @@ impl Account {
         self.cycles[Cause::Idle as usize] += std::mem::take(&mut self.trailing_idle);
         self.cycles[cause as usize] += n;
     }
-
-    /// Ends a run: what was idle since the last token was drain.
-    pub fn end_run(&mut self) {
-        self.settle();
-        self.latest = None;
-        self.latest_code = 0;
-        self.cycles[Cause::Drain as usize] += std::mem::take(&mut self.trailing_idle);
-        self.started = false;
-    }
-
-    /// Adds cycles after the end of a run in which nothing is on the board (the host's interrupt).
-    pub fn add_drain(&mut self, cycles: u64) {
-        self.cycles[Cause::Drain as usize] += cycles;
-    }
-
-    /// What the block did in the latest cycle, for the watchdog's message.
-    pub fn latest(&self) -> &'static str {
-        match self.latest {
-            None => "never ticked",
-            Some((Activity::Work, _)) => Cause::Work.name(),
-            Some((Activity::Stall(cause), _)) => cause.name(),
-            Some((Activity::Idle, true)) => Cause::Starved.name(),
-            Some((Activity::Idle, false)) => Cause::Idle.name(),
-        }
-    }
-
-    /// The account so far, under a name; closed between runs.
-    pub fn named(&self, block: String) -> BlockAccount {
-        BlockAccount { block, cycles: self.cycles }
-    }
 }
 
 #[cfg(test)]
@@ -212,7 +228,7 @@ mod tests {
 
     #[test]
     fn account_of_a_run_with_gaps_names_fill_idle_and_drain_and_closes() {
-        let mut account = Account::default();
+        let mut account = Accounts::new(1);
         for activity in [
             Activity::Idle,
             Activity::Idle,
@@ -224,10 +240,10 @@ mod tests {
             Activity::Idle,
             Activity::Idle,
         ] {
-            account.record(activity, false);
+            account.record(0, activity, false);
         }
-        account.end_run();
-        let closed = account.named("block".into());
+        account.end_run(0);
+        let closed = account.named(0, "block".into());
         assert_eq!(closed.total(), 9);
         let of = |c| closed.of(c);
         assert_eq!(
@@ -238,10 +254,10 @@ mod tests {
 
     #[test]
     fn account_of_an_idle_block_with_work_elsewhere_is_starved() {
-        let mut account = Account::default();
-        account.record(Activity::Work, true);
-        account.record(Activity::Idle, true);
-        account.end_run();
-        assert_eq!(account.named(String::new()).of(Cause::Starved), 1);
+        let mut account = Accounts::new(1);
+        account.record(0, Activity::Work, true);
+        account.record(0, Activity::Idle, true);
+        account.end_run(0);
+        assert_eq!(account.named(0, String::new()).of(Cause::Starved), 1);
     }
 }

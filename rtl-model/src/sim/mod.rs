@@ -9,7 +9,7 @@ mod pipe;
 mod round_robin;
 mod wire;
 
-pub use account::{Account, Activity, BlockAccount, Cause};
+pub use account::{Accounts, Activity, BlockAccount, Cause};
 pub use fifo::Fifo;
 pub use pipe::Pipe;
 pub use round_robin::next_set_bit;

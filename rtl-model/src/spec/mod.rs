@@ -72,7 +72,7 @@ pub enum Partition {
 pub enum Scheduling {
     /// Bundles in issue order, cut into one range of equal count per cluster.
     Static,
-    /// The next bundle to the first cluster with room, at no cost: the bound.
+    /// The next bundle to the first cluster with room, at no cost: the bound of balance, not of locality.
     Ideal,
 }
 

@@ -30,7 +30,7 @@ impl BoardSpec {
                 word(s.partition),
                 "[S] grid = the conventional technique (1990 paper's comparison)",
             ),
-            row("scheduling", word(s.scheduling), "[S] static (1991); ideal = bound [I]"),
+            row("scheduling", word(s.scheduling), "[S] static (1991), [I] by bundle count; ideal [I]"),
             row("memory", word(s.memory), "[S] hierarchical, a cache per processing element (1992)"),
             row(
                 "grid_log2",
