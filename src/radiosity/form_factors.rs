@@ -6,10 +6,12 @@
 //! patch --cosine-distributed rays--> share lost through openings, share on backs
 //! ```
 //! Source points: one a stratum (element) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
-//! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and
-//! a vertex takes the mean share of its elements, all at the same stratum of the shooter; dense: each quadrature point looks at one
-//! stratum, so that those of an element cover them all, and a vertex at one of its own. A stratum below the receiver's horizon is passed over; when all are, the middle of what is above it
-//! is looked at. Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
+//! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and a
+//! vertex takes the mean share of its elements, all at one stratum of the shooter, or, where its strata see different
+//! things (half of it under a block), 64 neighbouring elements at the same one. Dense: each quadrature point looks at
+//! one stratum, so that those of an element cover them all, and a vertex at one of its own. A stratum below the
+//! receiver's horizon is passed over; when all are, the middle of what is above it is looked at.
+//! Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
 //!
 //! Not modelled: light through glass, and the penumbra inside a patch beyond the four strata.
 
@@ -62,6 +64,19 @@ pub(super) struct StrayShares {
     pub back: f64,
 }
 
+/// How a shooter is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    pub patch: PatchId,
+    /// With all strata from everywhere.
+    pub full: bool,
+    /// Its strata see different things: receivers take turns.
+    pub uneven: bool,
+}
+
+/// Shares of stray light that two strata of an even shooter differ by at most.
+const EVEN_SHARE: f64 = 0.5;
+
 /// Casts rows.
 pub(super) struct FormFactors<'a> {
     pub mesh: &'a Mesh,
@@ -73,13 +88,13 @@ pub(super) struct FormFactors<'a> {
 }
 
 impl FormFactors<'_> {
-    /// The rows of `shooters`, and how many rays each took, in one query; `full`: all strata from everywhere.
+    /// The rows of `shooters`, and how many rays each took, in one query.
     pub(super) fn rows(
         &self,
-        shooters: &[(PatchId, bool)],
+        shooters: &[Aim],
         caster: &mut dyn RayCaster,
     ) -> Result<Vec<(Row, u64)>, CastError> {
-        let plans: Vec<Plan> = shooters.iter().map(|&(patch, full)| self.plan(patch, full)).collect();
+        let plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
         let (mut bundles, mut n_rays) = (Vec::new(), Vec::new());
         for plan in &plans {
             let first = bundles.len();
@@ -100,7 +115,8 @@ impl FormFactors<'_> {
     }
 
     /// What every receiver asks of `patch`.
-    fn plan(&self, patch: PatchId, full: bool) -> Plan {
+    fn plan(&self, aim: Aim) -> Plan {
+        let Aim { patch, full, .. } = aim;
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
@@ -119,7 +135,7 @@ impl FormFactors<'_> {
             .with_min_len(1024)
             .map(|i| {
                 let asks = dense || self.stands_in(patch, i, &kernels);
-                if asks { self.looks(&shooter, i, &kernels, full) } else { 0 }
+                if asks { self.looks(&shooter, i, &kernels, aim) } else { 0 }
             })
             .collect();
         Plan { shooter, dense, kernels, looks }
@@ -186,7 +202,7 @@ impl FormFactors<'_> {
     }
 
     /// The strata that receiver `i` looks at.
-    fn looks(&self, shooter: &Shooter, i: usize, kernels: &[f64], full: bool) -> u8 {
+    fn looks(&self, shooter: &Shooter, i: usize, kernels: &[f64], aim: Aim) -> u8 {
         if kernels[i] == 0.0 {
             return 0;
         }
@@ -196,10 +212,11 @@ impl FormFactors<'_> {
             let turn = hash(self.seed, u64::from(shooter.patch.0), kind | u64::from(receiver.owner)) as usize;
             turn + receiver.slot as usize
         } else {
-            // All from one point: neighbouring elements, which share a bundle, cross the same cells.
-            hash(self.seed, u64::from(shooter.patch.0), 4 << 40) as usize
+            // All from one point, or at least a bundle's worth of neighbours, so that they cross the same cells.
+            let group = if aim.uneven { 1 + u64::from(receiver.owner) / MAX_BUNDLE_RAYS as u64 } else { 0 };
+            hash(self.seed, u64::from(shooter.patch.0), 4 << 40 | group) as usize
         };
-        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, full)
+        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, aim.full)
     }
 
     /// Adds `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].
@@ -219,12 +236,13 @@ impl FormFactors<'_> {
         }));
     }
 
-    /// Shares of each shooter's light that reach no element, and how many rays they took, in one query.
+    /// Shares of each shooter's light that reach no element, how it is to be looked at, and how many rays that took, in
+    /// one query. `shooters`: patch, and whether in full.
     pub(super) fn stray_shares(
         &self,
         shooters: &[(PatchId, bool)],
         caster: &mut dyn RayCaster,
-    ) -> Result<(Vec<StrayShares>, u64), CastError> {
+    ) -> Result<(Vec<(StrayShares, Aim)>, u64), CastError> {
         let (mut rays, mut ends) = (Vec::new(), Vec::new());
         for &(patch, full) in shooters {
             self.add_hemisphere_rays(patch, full, &mut rays);
@@ -232,15 +250,24 @@ impl FormFactors<'_> {
         }
         let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
         let mut start = 0;
-        let shares = ends.into_iter().map(|end| {
+        let shares = ends.into_iter().zip(shooters).map(|(end, &(patch, full))| {
             let hits = &hits[std::mem::replace(&mut start, end)..end];
-            stray(self.mesh, hits, |_| 1.0)
+            let of_stratum = |k| {
+                let side = hemisphere_side(full);
+                let stray =
+                    stray(self.mesh, hits, |ray| f64::from(u8::from(stratum_of(ray as u32, side) == k)));
+                stray.lost + stray.back
+            };
+            let by_stratum: [f64; N_STRATA] = std::array::from_fn(of_stratum);
+            let least = by_stratum.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = by_stratum.iter().copied().fold(0.0, f64::max);
+            (stray(self.mesh, hits, |_| 1.0), Aim { patch, full, uneven: most - least > EVEN_SHARE })
         });
         Ok((shares.collect(), rays.len() as u64))
     }
 
     fn add_hemisphere_rays(&self, patch: PatchId, full: bool, rays: &mut Vec<Ray>) {
-        let side = if full { FULL_HEMISPHERE_SIDE } else { HEMISPHERE_SIDE };
+        let side = hemisphere_side(full);
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let (t1, t2) = tangent_frame(shooter.normal);
         rays.extend((0..side * side).map(|k| {
@@ -249,9 +276,19 @@ impl FormFactors<'_> {
             let (u, v) = ((f64::from(i) + du) / f64::from(side), (f64::from(j) + dv) / f64::from(side));
             let (sin, cos) = (TAU * v).sin_cos();
             let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;
-            Ray::unbounded(shooter.apexes[(i % 2 + 2 * (j % 2)) as usize], d)
+            Ray::unbounded(shooter.apexes[stratum_of(k, side)], d)
         }));
     }
+}
+
+/// Strata of the hemisphere along each axis.
+fn hemisphere_side(full: bool) -> u32 {
+    if full { FULL_HEMISPHERE_SIDE } else { HEMISPHERE_SIDE }
+}
+
+/// The stratum of the shooter that hemisphere ray `k` starts from.
+fn stratum_of(k: u32, side: u32) -> usize {
+    (k % side % 2 + 2 * (k / side % 2)) as usize
 }
 
 /// One shooter's questions.

@@ -57,7 +57,8 @@ impl Receivers {
                     point,
                     target: point + offset_m * element.normal,
                     normal: element.normal,
-                    weight: weight / total,
+                    // An element without area receives nothing.
+                    weight: if total > 0.0 { weight / total } else { 0.0 },
                     owner: e as u32,
                     slot: slot as u8,
                 });

@@ -8,14 +8,14 @@
 //! counts as direct, the rest as indirect. Source: Cohen, Chen, Wallace, Greenberg 1988.
 //!
 //! Rows are cast once and kept (`max_row_bytes`); a row that does not fit is cast again, the same rays, so the
-//! result does not depend on the memory. Parallel over receivers, each written by one task: same bits for any
+//! result does not depend on the memory (the number of rays cast does). Parallel over receivers, each written by one task: same bits for any
 //! number of threads. Not modelled: the ambient term (display only).
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::form_factors::{FormFactors, Row, StrayShares};
+use super::form_factors::{Aim, FormFactors, Row, StrayShares};
 use super::light_shots::{self, LightShot};
 use super::receivers::Receivers;
 use super::row::ROW_BLOCK;
@@ -31,8 +31,6 @@ const MAX_FULL_SHOOTERS: usize = 256;
 /// Rows that are cast in one query, while there is memory to keep them: a command of the board is worth its set-up then,
 /// and its clusters get equal shares. What is cast ahead and never shoots is at most this many rows.
 const ROWS_PER_QUERY: usize = 16;
-/// Shooters whose stray light is measured in one query.
-const STRAY_SHOOTERS: usize = 4096;
 /// Blocks of receivers that one task updates.
 const BLOCKS_PER_TASK: usize = 32;
 
@@ -92,48 +90,29 @@ pub(super) fn run(
                     .into_iter()
                     .map(|patch| (patch, is_full(&state.exitance, patch)))
                     .collect();
-                let mut batch_rows = factors.rows(&batch, caster)?;
-                state.n_rays += batch_rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
-                for ((patch, _), (row, _)) in batch.iter().zip(&batch_rows).skip(1) {
-                    rows.keep(*patch, row);
+                let (strays, n_stray_rays) = factors.stray_shares(&batch, caster)?;
+                let aims: Vec<Aim> = strays.iter().map(|(_, aim)| *aim).collect();
+                let mut batch_rows = factors.rows(&aims, caster)?;
+                state.n_rays += n_stray_rays + batch_rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
+                for ((stray, aim), (row, _)) in strays.iter().zip(&batch_rows) {
+                    rows.keep(mesh, aim.patch, row, *stray);
                 }
                 cast = batch_rows.swap_remove(0).0;
-                rows.keep(patch, &cast);
                 &cast
             }
         };
-        rows.known.entry(patch).or_insert_with(|| Known::of(mesh, patch, row));
         state.shoot(patch, row);
         progress(SolveProgress { n_shots: state.n_shots, unshot_share: state.unshot_power_w() / emitted });
-    }
-    let shooters: Vec<(PatchId, bool)> =
-        rows.known.keys().map(|&patch| (patch, is_full(&state.exitance, patch))).collect();
-    for chunk in shooters.chunks(STRAY_SHOOTERS) {
-        let (shares, n_rays) = factors.stray_shares(chunk, caster)?;
-        state.n_rays += n_rays;
-        for (&(patch, _), stray) in chunk.iter().zip(shares) {
-            state.add_stray(patch, stray);
-            if let Some(known) = rows.known.get_mut(&patch) {
-                known.row_sum += stray.lost + stray.back;
-            }
-        }
     }
     Ok(state.finish(&rows))
 }
 
-/// What is known of a patch that shot.
+/// What is known of a patch whose row was cast.
 #[derive(Clone, Copy)]
 struct Known {
+    stray: StrayShares,
     area_m2: f64,
-    /// Sum of the row; in the end with the shares that reached no element.
     row_sum: f64,
-}
-
-impl Known {
-    fn of(mesh: &Mesh, patch: PatchId, row: &Row) -> Known {
-        let area_m2 = mesh.patches[patch.0 as usize].area_m2;
-        Known { area_m2, row_sum: row.elements.weighted_sum(|e| mesh.elements[e].area_m2) / area_m2 }
-    }
 }
 
 /// Rows kept, up to a bound of memory, and the record of every shooter.
@@ -150,7 +129,12 @@ impl RowStore {
         RowStore { max_bytes, n_bytes: 0, full: false, rows: BTreeMap::new(), known: BTreeMap::new() }
     }
 
-    fn keep(&mut self, patch: PatchId, row: &Row) {
+    fn keep(&mut self, mesh: &Mesh, patch: PatchId, row: &Row, stray: StrayShares) {
+        self.known.entry(patch).or_insert_with(|| {
+            let area_m2 = mesh.patches[patch.0 as usize].area_m2;
+            let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
+            Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back }
+        });
         if self.n_bytes + row.n_bytes() <= self.max_bytes {
             self.n_bytes += row.n_bytes();
             self.rows.insert(patch, row.clone());
@@ -168,7 +152,8 @@ impl RowStore {
         let (mut max, mut sum, mut area) = (0.0_f64, 0.0, 0.0);
         for known in self.known.values() {
             let error = (known.row_sum - 1.0).abs();
-            max = max.max(error);
+            // A NaN must show, which `f64::max` would hide.
+            max = if error <= max { max } else { error };
             sum += known.area_m2 * error;
             area += known.area_m2;
         }
@@ -321,15 +306,13 @@ impl<'a> State<'a> {
         self.measure_unshot();
     }
 
-    /// Accounts for what a patch's shots lost.
-    fn add_stray(&mut self, patch: PatchId, stray: StrayShares) {
-        let power_w = self.shot_w[patch.0 as usize];
-        self.account.lost_w += power_w * stray.lost;
-        self.account.back_w += power_w * stray.back;
-    }
-
     fn finish(mut self, rows: &RowStore) -> Solution {
         let account = &mut self.account;
+        for (patch, known) in &rows.known {
+            let power_w = self.shot_w[patch.0 as usize];
+            account.lost_w += power_w * known.stray.lost;
+            account.back_w += power_w * known.stray.back;
+        }
         for (element, state) in self.mesh.elements.iter().zip(&self.elements) {
             let optics = &self.optics[element.patch.0 as usize];
             let incident_w = state.irradiance.total() * element.area_m2;
@@ -348,7 +331,7 @@ impl<'a> State<'a> {
             vertex_irradiance: self.vertices,
             account: self.account,
             n_shots: self.n_shots,
-            n_shooters: rows.known.len(),
+            n_shooters: self.shot_w.iter().filter(|w| !w.is_black()).count(),
             n_rays: self.n_rays,
             row_sum_error: rows.row_sum_error(),
         }
