@@ -83,6 +83,7 @@ fn solve_of_a_furnace_gives_radiosity_one_everywhere_and_row_sums_of_one() {
         worst = worst.max((surface.mean_radiosity_w_m2.0[1] - 1.0).abs());
     }
     assert!(worst < 2e-3, "{worst}");
+    assert!(s.solution.vertex_irradiance.iter().all(|e| e.total().is_finite()));
     assert!(s.solution.row_sum_error.max < 5e-3, "{:?}", s.solution.row_sum_error);
     let worst_vertex =
         s.solution.vertex_irradiance.iter().map(|e| (e.total().0[0] - 1.0).abs()).fold(0.0, f64::max);

@@ -126,7 +126,7 @@ impl Shader<'_> {
         outcome
     }
 
-    /// The vertices' normal on curved surfaces, where it looks at the viewer; else the patch's.
+    /// The vertices' normal on curved and smoothly joined surfaces, where it looks at the viewer; else the patch's.
     fn shading_normal(
         &self,
         surface: &Surface,
@@ -136,7 +136,8 @@ impl Shader<'_> {
         dir: DVec3,
     ) -> DVec3 {
         let flat = turn * patch.normal;
-        if !matches!(surface.shape, Shape::Sphere { .. } | Shape::Cylinder { .. }) {
+        let curved = matches!(surface.shape, Shape::Sphere { .. } | Shape::Cylinder { .. });
+        if !curved && surface.smooth_group == 0 {
             return flat;
         }
         let element = &self.mesh.elements[at.element.0 as usize];
