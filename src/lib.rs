@@ -10,6 +10,8 @@ pub mod units;
 
 pub mod geom;
 
+mod sampling;
+
 pub mod scene;
 
 pub mod mesh;

@@ -13,8 +13,6 @@
 
 mod source;
 
-pub(crate) use source::{mix, radical_inverse};
-
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use crate::radiosity::kernel;
 use crate::raycast::RayBundle;
+use crate::sampling::{hash, radical_inverse, unit_pair};
 use crate::scene::Light;
 use crate::units::Rgb;
 
@@ -129,11 +130,6 @@ pub(super) fn spread(
     targets
 }
 
-/// Van der Corput's sequence in base 2.
-pub(crate) fn radical_inverse(k: u32) -> f64 {
-    f64::from(k.reverse_bits()) * (1.0 / 4_294_967_296.0)
-}
-
 /// Unit direction toward a light that is infinitely far.
 pub(super) fn light_direction(light: &Light) -> Option<DVec3> {
     match light {
@@ -144,14 +140,5 @@ pub(super) fn light_direction(light: &Light) -> Option<DVec3> {
 
 /// The place of samples in their strata, [0, 1)^2, from everything that names them.
 pub(super) fn jitter(seed: u64, key: u64, source: u64) -> [f64; 2] {
-    let a = mix(mix(mix(seed) ^ key) ^ source);
-    [a, mix(a)].map(|bits| (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64))
-}
-
-/// SplitMix64 (Steele, Lea, Flood 2014): a bijective hash.
-pub(crate) fn mix(x: u64) -> u64 {
-    let z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    unit_pair(hash(seed, key, source))
 }

@@ -82,17 +82,6 @@ pub(super) fn plan_bounded(scene: &Scene) -> Vec<Grid> {
     grids_now
 }
 
-/// Area of one side of a shape (m^2).
-pub(super) fn shape_area_m2(shape: &Shape) -> f64 {
-    match *shape {
-        Shape::Quad([a, b, c, d]) => 0.5 * (c - a).cross(d - b).length(),
-        Shape::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
-        Shape::Disk { radius, .. } => PI * radius * radius,
-        Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
-        Shape::Cylinder { base, top, radius, .. } => TAU * radius * base.distance(top),
-    }
-}
-
 /// The tolerance (m) within which corners of different surfaces are one point.
 pub(super) fn weld_tolerance_m(scene: &Scene) -> f64 {
     let points = scene.surfaces.iter().flat_map(|surface| match surface.shape {
@@ -112,7 +101,7 @@ fn wanted_size_m(scene: &Scene) -> f64 {
         MeshTarget::MaxElementM(size_m) => size_m,
         MeshTarget::Elements(n) => {
             let sides = |s: &Surface| if s.two_sided { 2.0 } else { 1.0 };
-            let area: f64 = scene.surfaces.iter().map(|s| sides(s) * shape_area_m2(&s.shape)).sum();
+            let area: f64 = scene.surfaces.iter().map(|s| sides(s) * s.shape.area_m2()).sum();
             (area / f64::from(n.max(1))).sqrt()
         }
     }

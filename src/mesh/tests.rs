@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use proptest::prelude::*;
 
-use super::plan::shape_area_m2;
 use super::*;
 use crate::scene::{Material, MaterialId, MeshTarget, Meshing, Shape, Surface};
 use crate::units::Rgb;
@@ -416,7 +415,7 @@ proptest! {
     ) {
         let mut surfaces = room(size[0], size[1], size[2]);
         surfaces.extend(red_wall());
-        let exact: f64 = surfaces.iter().map(|s| shape_area_m2(&s.shape)).sum();
+        let exact: f64 = surfaces.iter().map(|s| s.shape.area_m2()).sum();
         let mesh = Mesh::build(&scene(surfaces, MeshTarget::Elements(n)));
         check(&mesh);
         prop_assert!((mesh.total_area_m2() - exact).abs() < 1e-10 * exact);

@@ -23,10 +23,10 @@ use rayon::prelude::*;
 use super::kernel::Source;
 use super::receivers::Receivers;
 use super::row::SparseRow;
-use super::sampling::{hash, unit_pair};
 use crate::geom::{Ray, tangent_frame};
 use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint, VertexId};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
+use crate::sampling::{hash, unit_pair};
 
 /// Strata of a shooter.
 const N_STRATA: usize = 4;

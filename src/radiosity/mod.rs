@@ -22,7 +22,6 @@ pub mod lights;
 mod probe;
 mod receivers;
 mod row;
-mod sampling;
 mod shooting;
 pub mod solution_file;
 pub mod summary;

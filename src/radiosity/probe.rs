@@ -15,11 +15,11 @@ use rayon::prelude::*;
 
 use super::form_factors::inside;
 use super::kernel::Source;
-use super::sampling::{hash, unit_pair};
 use super::{ProbePoint, Solution, SolveError, SplitIrradiance, lights};
 use crate::geom::Ray;
 use crate::mesh::{ElementId, Mesh, SurfacePoint};
 use crate::raycast::{MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::sampling::{hash, unit_pair};
 use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 

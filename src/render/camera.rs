@@ -73,7 +73,7 @@ fn sub_pixel(sample: u32, samples: u32) -> [f64; 2] {
         return [0.5, 0.5];
     }
     let n = f64::from(samples);
-    [(f64::from(sample) + 0.5) / n, (crate::direct::radical_inverse(sample) + 0.5 / n).fract()]
+    [(f64::from(sample) + 0.5) / n, (crate::sampling::radical_inverse(sample) + 0.5 / n).fract()]
 }
 
 /// All tiles of a picture along the Morton curve: neighbours on it see the same patches.

@@ -11,11 +11,12 @@
 use glam::DVec3;
 
 use super::optics::{fresnel, reflect, refract, slab_transmittance};
-use crate::direct::{ShadePoint, mix};
+use crate::direct::ShadePoint;
 use crate::geom::Ray;
 use crate::mesh::{Mesh, Patch, SurfacePoint};
 use crate::raycast::{Facing, RayHit};
 use crate::reconstruct::Reconstruction;
+use crate::sampling::mix;
 use crate::scene::{Material, Scene, Shape, Surface, SurfaceId};
 use crate::units::Rgb;
 

@@ -6,11 +6,12 @@
 //! Source: Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators" (the finaliser).
 
 /// A well-mixed function of a seed and two ids.
-pub(super) fn hash(seed: u64, a: u64, b: u64) -> u64 {
+pub(crate) fn hash(seed: u64, a: u64, b: u64) -> u64 {
     mix(mix(mix(seed).wrapping_add(a)).wrapping_add(b))
 }
 
-fn mix(x: u64) -> u64 {
+/// A bijective hash of a word.
+pub(crate) fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -18,9 +19,14 @@ fn mix(x: u64) -> u64 {
 }
 
 /// The upper 32 bits and the lower 32 bits of a hash as two numbers in [0, 1).
-pub(super) fn unit_pair(hash: u64) -> [f64; 2] {
+pub(crate) fn unit_pair(hash: u64) -> [f64; 2] {
     let unit = |bits: u64| bits as f64 / 4_294_967_296.0;
     [unit(hash >> 32), unit(hash & 0xffff_ffff)]
+}
+
+/// Van der Corput's sequence in base 2.
+pub(crate) fn radical_inverse(k: u32) -> f64 {
+    f64::from(k.reverse_bits()) * (1.0 / 4_294_967_296.0)
 }
 
 #[cfg(test)]
