@@ -34,6 +34,8 @@ const N_STRATA: usize = 4;
 const MIDDLE: u8 = 1 << N_STRATA;
 /// Source points keep this share of a stratum's width off its edges, where a wall may stand.
 const STRATUM_MARGIN: f64 = 0.02;
+/// Parts that the receivers of a query are cut into.
+const RECEIVER_BLOCKS: usize = 16;
 /// Cosine-distributed rays that measure what a shooter loses: n x n strata, jittered, dealt to its source points.
 /// Not a `Hemisphere` bundle: its few rings are the same for every shooter, which shifts a loss by 1 % of the power.
 const HEMISPHERE_SIDE: u32 = 8;
@@ -95,23 +97,30 @@ impl FormFactors<'_> {
         caster: &mut dyn RayCaster,
     ) -> Result<Vec<(Row, u64)>, CastError> {
         let plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
-        let (mut bundles, mut n_rays) = (Vec::new(), Vec::new());
-        for plan in &plans {
-            let first = bundles.len();
-            self.add_bundles(plan, &mut bundles);
-            n_rays.push(Query::Bundles(&bundles[first..]).n_rays());
+        let bundles: Vec<Vec<RayBundle>> = plans.iter().map(|plan| self.bundles(plan)).collect();
+        // Receivers block by block, in each block shooter by shooter: neighbouring bundles meet the same patches, and a
+        // cluster of the board that is given a range of them keeps to a part of the scene.
+        let mut order: Vec<(usize, usize)> = Vec::new();
+        for block in 0..RECEIVER_BLOCKS {
+            for (p, of_plan) in bundles.iter().enumerate() {
+                let edge = |k: usize| k * of_plan.len() / RECEIVER_BLOCKS;
+                order.extend((edge(block)..edge(block + 1)).map(|b| (p, b)));
+            }
         }
-        let blocked = match bundles.is_empty() {
+        let query: Vec<RayBundle> = order.iter().map(|&(p, b)| bundles[p][b].clone()).collect();
+        let answers = match query.is_empty() {
             true => Vec::new(),
-            false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?,
+            false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&query))?,
         };
+        // Blocks of a shooter come in order, so its answers do too.
+        let mut blocked = vec![Vec::new(); plans.len()];
         let mut at = 0;
-        let mut rows = Vec::with_capacity(plans.len());
-        for (plan, n) in plans.iter().zip(n_rays) {
-            rows.push((self.row(plan, &blocked[at..at + n]), n as u64));
-            at += n;
+        for (&(p, _), bundle) in order.iter().zip(&query) {
+            blocked[p].extend_from_slice(&answers[at..at + bundle.n_rays()]);
+            at += bundle.n_rays();
         }
-        Ok(rows)
+        let rows = plans.iter().zip(&blocked);
+        Ok(rows.map(|(plan, blocked)| (self.row(plan, blocked), blocked.len() as u64)).collect())
     }
 
     /// What every receiver asks of `patch`.
@@ -141,7 +150,7 @@ impl FormFactors<'_> {
         Plan { shooter, dense, kernels, looks }
     }
 
-    /// A row from what its rays saw, in the order of [`FormFactors::add_bundles`].
+    /// A row from what its rays saw, in the order of [`FormFactors::bundles`].
     fn row(&self, plan: &Plan, blocked: &[bool]) -> Row {
         let Plan { dense, kernels, looks, .. } = plan;
         let receivers = &self.receivers.all;
@@ -219,9 +228,10 @@ impl FormFactors<'_> {
         shooter.looks(receiver.target, receiver.normal, first % N_STRATA, aim.full)
     }
 
-    /// Adds `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].
-    fn add_bundles(&self, plan: &Plan, bundles: &mut Vec<RayBundle>) {
+    /// `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].
+    fn bundles(&self, plan: &Plan) -> Vec<RayBundle> {
         let shooter = &plan.shooter;
+        let mut bundles = Vec::new();
         for (stratum, &apex) in shooter.apexes.iter().enumerate() {
             let targets: Vec<DVec3> =
                 plan.looking_at(1 << stratum).map(|i| self.receivers.all[i].target).collect();
@@ -234,6 +244,7 @@ impl FormFactors<'_> {
             let apex = middle.unwrap_or(shooter.centre) + self.offset_m * shooter.normal;
             RayBundle::Targets { apex, points: vec![r.target] }
         }));
+        bundles
     }
 
     /// Shares of each shooter's light that reach no element, how it is to be looked at, and how many rays that took, in
@@ -309,7 +320,7 @@ impl Plan {
         looks.filter(move |(_, looks)| *looks & bit != 0).map(|(i, _)| i)
     }
 
-    /// The receiver of every ray, in the order of [`FormFactors::add_bundles`].
+    /// The receiver of every ray, in the order of [`FormFactors::bundles`].
     fn owners(&self) -> impl Iterator<Item = usize> {
         (0..N_STRATA).map(|k| 1 << k).chain([MIDDLE]).flat_map(|bit| self.looking_at(bit))
     }
