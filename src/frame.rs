@@ -21,12 +21,14 @@ use crate::mesh::Mesh;
 use crate::radiosity::{
     self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
 };
+use crate::raycast::board::BoardCaster;
 use crate::raycast::null::NullCaster;
-use crate::raycast::{Purpose, Query, RayCaster};
+use crate::raycast::quantize::Quantizer;
+use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::reconstruct::{Method, Reconstruction};
 use crate::render::{self, RenderOptions, Rendering};
 use crate::report::Timings;
-use crate::scene::{Camera, Light, MeshTarget, Scene};
+use crate::scene::{Camera, Light, MAX_ELEMENTS, MeshTarget, Scene};
 use crate::units::{Irradiance, Rgb};
 
 mod caster;
@@ -168,8 +170,19 @@ pub struct Inspected {
     pub scene: Scene,
     /// Its mesh.
     pub mesh: Mesh,
+    /// Its patch memory on the board; why there is none where the board cannot take the scene.
+    pub board_image: Result<BoardImage, CastError>,
     /// What the user should know.
     pub warnings: Vec<String>,
+}
+
+/// Size of a scene in a board's patch memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoardImage {
+    /// Bytes in all: cell headers, cell lists, patch records.
+    pub size_bytes: u64,
+    /// Cells along each side of the grid.
+    pub cells_per_side: u32,
 }
 
 /// Renders a scene file: both passes.
@@ -183,9 +196,10 @@ pub fn render_frame(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Frame, FrameError> {
     let mut timings = Timings::default();
-    let (scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
     let camera = camera_of(&scene)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
+    warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
         pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
     let rendering = timings.measure("pass 2", || {
@@ -193,6 +207,7 @@ pub fn render_frame(
         render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
     })?;
     let mut warnings = scene.warnings.clone();
+    warnings.extend(warnings::open_account(&solution.account));
     warnings.extend(warnings::back_faces(&scene, &rendering));
     Ok(Frame {
         caster: caster.name(),
@@ -217,11 +232,13 @@ pub fn solve_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Solved, FrameError> {
     let mut timings = Timings::default();
-    let (scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
+    warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
         pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
-    let warnings = scene.warnings.clone();
+    let mut warnings = scene.warnings.clone();
+    warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
         caster: caster.name(),
         board: caster.statistics(),
@@ -238,7 +255,8 @@ pub fn solve_scene(
 /// the values that pass 1 stored on the surface at each point.
 ///
 /// # Errors
-/// As [`solve_scene`]; `interpolated` also when no surface lies at a point.
+/// As [`solve_scene`]; `interpolated` also when no surface lies at a point, or only one that turns its back to the
+/// point's normal.
 pub fn probe_scene(
     path: &Path,
     options: &FrameOptions,
@@ -247,18 +265,22 @@ pub fn probe_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Probed, FrameError> {
     let mut timings = Timings::default();
-    let (scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
-    let at: Vec<DVec3> = points.iter().map(|p| p.at).collect();
-    let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &at))?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let mut starts: Vec<DVec3> = points.iter().map(|p| p.at).collect();
+    let reach_m = if interpolated { reach_m(&options.caster, &scene, &mesh, &starts) } else { 0.0 };
+    starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
+    let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
+    warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, _) = pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
     let irradiance = timings.measure("probe", || {
         if interpolated {
-            return stored_irradiance(&mesh, &solution, caster.port(), points);
+            return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
         }
         let parts = radiosity::probe(&scene, &mesh, &solution, caster.port(), points)?;
         Ok(parts.iter().map(|e| Irradiance(e.total())).collect())
     })?;
-    let warnings = scene.warnings.clone();
+    let mut warnings = scene.warnings.clone();
+    warnings.extend(warnings::open_account(&solution.account));
     Ok(Probed { caster: caster.name(), scene, mesh, irradiance, timings, warnings })
 }
 
@@ -276,15 +298,15 @@ pub fn simulate_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Simulated, FrameError> {
     let mut timings = Timings::default();
-    let (scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
     let origins: Vec<DVec3> = match workload {
         Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
         _ => Vec::new(),
     };
-    let mut make = |choice: &CasterChoice| {
-        timings.measure(choice.name(), || make_caster(choice, &scene, &mesh, &origins))
-    };
-    let mut emulated = make(&CasterChoice::Board(Box::new(board.clone())))?;
+    let choice = CasterChoice::Board(Box::new(board.clone()));
+    let mut emulated = timings.measure(choice.name(), || make_caster(&choice, &scene, &mesh, &origins))?;
+    warn_of_lights(&mut scene, &mesh, &mut emulated);
+    let mut warnings = scene.warnings.clone();
     let pass_1_options = PassOne::Solve(*solve);
     let run = &mut timings;
     match workload {
@@ -292,14 +314,17 @@ pub fn simulate_scene(
             run.measure("trace", || emulated.port().closest_hits(Purpose::Primary, Query::Rays(rays)))?;
         }
         Workload::Radiosity => {
-            pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            warnings.extend(warnings::open_account(&solution.account));
         }
         Workload::Primary => {
             let camera = camera_of(&scene)?;
             let mut nothing = NullCaster;
             let mut routed = RoutedCaster::new(Purpose::Primary, emulated.port(), &mut nothing);
             let look = &mut |share| progress(Progress::Render(share));
-            run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
+            let rendering =
+                run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
+            warnings.extend(warnings::back_faces(&scene, &rendering));
         }
         Workload::Shadow => {
             let camera = camera_of(&scene)?;
@@ -307,39 +332,48 @@ pub fn simulate_scene(
             let (solution, _) = pass_1(&scene, &mesh, &mut software, &pass_1_options, run, progress)?;
             let mut routed = RoutedCaster::new(Purpose::Shadow, emulated.port(), software.port());
             let pass_2 = &mut |share| progress(Progress::Render(share));
-            run.measure("pass 2", || {
+            let rendering = run.measure("pass 2", || {
                 render::render(&scene, &camera, &mesh, &solution, &mut routed, picture, pass_2)
             })?;
+            warnings.extend(warnings::open_account(&solution.account));
+            warnings.extend(warnings::back_faces(&scene, &rendering));
         }
         Workload::All => {
             let camera = camera_of(&scene)?;
             let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
             let pass_2 = &mut |share| progress(Progress::Render(share));
-            run.measure("pass 2", || {
+            let rendering = run.measure("pass 2", || {
                 render::render(&scene, &camera, &mesh, &solution, emulated.port(), picture, pass_2)
             })?;
+            warnings.extend(warnings::open_account(&solution.account));
+            warnings.extend(warnings::back_faces(&scene, &rendering));
         }
     }
-    let warnings = scene.warnings.clone();
     Ok(Simulated { board: emulated.statistics().unwrap_or_default(), scene, mesh, timings, warnings })
 }
 
-/// Loads and meshes a scene and looks at it once through its camera, for warnings.
+/// Loads and meshes a scene, looks at it once through its camera, for warnings, and makes its patch memory for `board`.
 ///
 /// # Errors
-/// A fault of the scene.
-pub fn inspect_scene(path: &Path, elements: Option<u32>) -> Result<Inspected, FrameError> {
-    let (scene, mesh) = load_and_mesh(path, elements, &mut Timings::default())?;
+/// A fault of the scene. A scene that the board cannot take is none.
+pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> Result<Inspected, FrameError> {
+    let (mut scene, mesh) = load_and_mesh(path, elements, &mut Timings::default())?;
+    let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &[])?;
+    warn_of_lights(&mut scene, &mesh, &mut software);
     let mut warnings = scene.warnings.clone();
     if let Some(camera) = scene.camera {
-        let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &[])?;
         let mut nothing = NullCaster;
         let mut routed = RoutedCaster::new(Purpose::Primary, software.port(), &mut nothing);
         let picture = RenderOptions { width: 64, height: 64, ..RenderOptions::default() };
         let look = look_through(&scene, &camera, &mesh, &mut routed, &picture, &mut |_| {})?;
         warnings.extend(warnings::back_faces(&scene, &look));
     }
-    Ok(Inspected { scene, mesh, warnings })
+    let board_image = BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &[]));
+    let board_image = board_image.map(|caster| {
+        let image = caster.board().image();
+        BoardImage { size_bytes: image.size_bytes() as u64, cells_per_side: 1 << image.grid.log2_cells }
+    });
+    Ok(Inspected { scene, mesh, board_image, warnings })
 }
 
 fn load_and_mesh(
@@ -351,6 +385,12 @@ fn load_and_mesh(
     if let Some(n) = elements {
         scene.meshing.target = MeshTarget::Elements(n);
     }
+    let n = Mesh::planned_elements(&scene);
+    let limit = 2 * u64::from(MAX_ELEMENTS);
+    if n > limit {
+        return Err(FrameError::TooManyElements { path: scene.path, n, limit });
+    }
+    scene.warnings.extend(warnings::more_elements(scene.meshing.target, n));
     let mesh = timings.measure("mesh", || Mesh::build(&scene));
     Ok((scene, mesh))
 }
@@ -366,13 +406,22 @@ fn make_caster(
     mesh: &Mesh,
     points: &[DVec3],
 ) -> Result<Caster, FrameError> {
+    Ok(Caster::new(choice, mesh.cast_patches(), &start_points(scene, points))?)
+}
+
+/// Eye, lights and `points`: where rays start or end outside the surfaces.
+fn start_points(scene: &Scene, points: &[DVec3]) -> Vec<DVec3> {
     let lights = scene.lights.iter().filter_map(|light| match light {
         Light::Point { position, .. } | Light::Spot { position, .. } => Some(*position),
         Light::Directional { .. } => None,
     });
     let eye = scene.camera.iter().map(|camera| camera.eye);
-    let points: Vec<DVec3> = eye.chain(lights).chain(points.iter().copied()).collect();
-    Ok(Caster::new(choice, mesh.cast_patches(), &points)?)
+    eye.chain(lights).chain(points.iter().copied()).collect()
+}
+
+fn warn_of_lights(scene: &mut Scene, mesh: &Mesh, caster: &mut Caster) {
+    let warnings = warnings::lights_on_surfaces(scene, mesh, caster.port().surface_offset_m());
+    scene.warnings.extend(warnings);
 }
 
 fn pass_1(
@@ -415,19 +464,35 @@ fn look_through(
     Ok(render::render(scene, camera, mesh, &dark, caster, &picture, progress)?)
 }
 
+/// How far (m) from a surface a point still counts as on it: a thousandth of the scene, and on the board well over
+/// the surface offset, known before the caster is made because the lifted points go into its cube.
+fn reach_m(choice: &CasterChoice, scene: &Scene, mesh: &Mesh, points: &[DVec3]) -> f64 {
+    let size = crate::geom::Aabb::around(mesh.vertices.iter().map(|v| v.position)).size().max_element();
+    let offset_m = match choice {
+        CasterChoice::Software => 0.0,
+        // What the board cannot take is refused when the caster is made.
+        CasterChoice::Board(spec) => {
+            let starts = start_points(scene, points);
+            Quantizer::new(&spec.formats, &mesh.cast_patches(), &starts).map_or(0.0, |q| q.surface_offset_m())
+        }
+    };
+    // The lift may double the cube and with it the offset.
+    (1e-3 * size).max(8.0 * offset_m)
+}
+
 /// The irradiance that pass 1 stored where each point lies on a surface, bilinear between vertices.
 fn stored_irradiance(
+    scene: &Scene,
     mesh: &Mesh,
     solution: &Solution,
     caster: &mut dyn RayCaster,
     points: &[ProbePoint],
+    reach_m: f64,
 ) -> Result<Vec<Irradiance>, FrameError> {
     let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.total()).collect();
     let element: Vec<Rgb> = solution.element_irradiance.iter().map(|e| e.total()).collect();
     let field = Reconstruction::new(mesh, Method::Bilinear, &vertex, &element);
-    let size = crate::geom::Aabb::around(mesh.vertices.iter().map(|v| v.position)).size().max_element();
-    // A point counts as on the surface within a thousandth of the scene.
-    let reach = (1e-3 * size).max(4.0 * caster.surface_offset_m());
+    let reach = reach_m.max(4.0 * caster.surface_offset_m());
     let rays: Vec<Ray> = points
         .iter()
         .map(|p| Ray {
@@ -440,12 +505,12 @@ fn stored_irradiance(
     for ((point, ray), hit) in points.iter().zip(&rays).zip(hits) {
         let off_surface = FrameError::OffSurface { at: point.at, reach_m: reach };
         let hit = hit.ok_or(off_surface)?;
-        let value = match mesh.patch_of_hit(hit.patch, hit.facing) {
-            Some(patch) => field.evaluate(mesh, mesh.locate(patch, ray.at(hit.t))),
-            // A black back stores nothing.
-            None => Rgb::BLACK,
+        let Some(patch) = mesh.patch_of_hit(hit.patch, hit.facing) else {
+            let surface = mesh.patches[hit.patch.0 as usize].surface;
+            let surface = scene.surfaces[surface.0 as usize].name.clone();
+            return Err(FrameError::BlackBack { at: point.at, normal: point.normal, surface });
         };
-        values.push(Irradiance(value));
+        values.push(Irradiance(field.evaluate(mesh, mesh.locate(patch, ray.at(hit.t)))));
     }
     Ok(values)
 }

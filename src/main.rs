@@ -20,7 +20,7 @@ fn main() -> ExitCode {
             if outcome.check_failed { ExitCode::from(1) } else { ExitCode::SUCCESS }
         }
         Err(error) => {
-            eprintln!("{:?}", error.into_report());
+            eprintln!("{}", error.terminal_text());
             ExitCode::from(2)
         }
     }

@@ -116,6 +116,18 @@ fn bad_flags_exit_with_2_and_name_the_flag() {
     place.refused(&["probe", &furnace, "--at", "0,0", "--normal", "0,0,1"], "--at '0,0'");
     place.refused(&["probe", &furnace, "--at", "0,0,0", "--normal", "0,0,0"], "not zero");
     place.refused(&["simulate", &furnace, "--workload", "primary", "--rays", "r.csv"], "--rays");
+    place.refused(&["render", &furnace, "--seed", "-1"], "0..=18446744073709551615");
+    place.refused(&["render", &furnace, "--threads", "0"], "0 is not in 1..=1024");
+    place.refused(
+        &["probe", &furnace, "--at", "0,2e6,0", "--normal", "0,0,1"],
+        "--at 0, 2000000, 0: expected",
+    );
+    let far = ["probe", &furnace, "--at", "0,0,1e300", "--normal", "0,0,1"];
+    place.refused(&far, "--at 0, 0, 1e300: expected coordinates within -1e6 to 1e6 m");
+    place.refused(
+        &["render", &furnace, "--solution", "f.radsol", "--dense-visibility"],
+        "--dense-visibility has no use with --solution",
+    );
     place.refused(&["frobnicate"], "frobnicate");
 }
 
@@ -127,6 +139,8 @@ fn outputs_that_cannot_be_are_refused_before_anything_runs() {
     place.refused(&["render", &furnace, "-o", "a.hdr"], "'.hdr' yet");
     place.refused(&["render", &furnace, "-o", "none/a.png"], "does not exist");
     place.refused(&["render", &furnace, "-o", "a.png", "-o", "a.png"], "named twice");
+    place.refused(&["render", &furnace, "-o", "a.png", "-o", "./a.png"], "named twice");
+    place.refused(&["render", &furnace, "-o", "a.png/"], "a folder");
     place.refused(&["render", &furnace, "-o", "a.png", "--report", "r.txt"], ".json");
     place.refused(&["solve", &furnace, "-o", "a.png"], ".radsol");
     std::fs::create_dir(place.path("folder.png")).unwrap();
@@ -145,12 +159,15 @@ fn scenes_that_cannot_be_read_exit_with_2_and_leave_no_file() {
         };
         run("missing.toml", "missing.toml");
         run("bad.toml", "1.2");
-        run("empty.toml", "empty.toml");
-        run("noise.toml", "noise.toml");
-        run(".", ".");
+        run("empty.toml", "empty.toml:1:1: the file is empty, expected a scene");
+        run("noise.toml", "a zero byte, expected UTF-8 text");
+        run(".", "is a directory, expected a scene file");
     }
     place.refused(&["info", "bad.toml"], "1.2");
-    place.refused(&["info", "missing.toml"], "missing.toml");
+    let neither = "no such file, and no preset of this name (presets: delft-1992, minimal)";
+    for name in ["missing.toml", "delft-1991"] {
+        place.refused(&["info", name], &format!("{name}: {neither}"));
+    }
 }
 
 #[test]
@@ -189,7 +206,9 @@ fn compare_of_what_is_no_picture_exits_with_2() {
     std::fs::write(place.path("a.png"), "").unwrap();
     place.refused(&["compare", "a.exr", "small.exr"], "4 x 1 and 3 x 1");
     place.refused(&["compare", "a.exr", "noise.exr"], "noise.exr");
-    place.refused(&["compare", "a.exr", "none.exr"], "none.exr");
+    place.refused(&["compare", "a.exr", "none.exr"], "none.exr: no such file, expected an EXR picture");
+    std::fs::create_dir(place.path("folder.exr")).unwrap();
+    place.refused(&["compare", "folder.exr", "a.exr"], "folder.exr: is a directory, expected an EXR picture");
     place.refused(&["compare", "a.exr", "a.png"], "only .exr");
     place.refused(&["compare", "a.exr", "a.exr", "--threshold", "-1"], "--threshold");
 }
@@ -199,7 +218,13 @@ fn rays_file_with_a_fault_is_refused_with_its_line() {
     let place = Place::new();
     std::fs::write(place.path("rays.csv"), "0,0,0,0,0,1\n0,0,0,0,zero,1\n").unwrap();
     place.refused(&["simulate", &scene("furnace"), "--rays", "rays.csv"], "rays.csv:2: dy is 'zero'");
-    place.refused(&["simulate", &scene("furnace"), "--rays", "none.csv"], "none.csv");
+    std::fs::write(place.path("short.csv"), "# rays\n0,0,0,0,0,1e-300\n").unwrap();
+    place.refused(
+        &["simulate", &scene("furnace"), "--rays", "short.csv"],
+        "short.csv:2: the direction is 0, 0, 1e-300",
+    );
+    let none = "none.csv: no such file, expected a rays file";
+    place.refused(&["simulate", &scene("furnace"), "--rays", "none.csv"], none);
 }
 
 #[test]
@@ -265,6 +290,9 @@ fn solution_of_solve_renders_as_the_scene_itself_and_no_other() {
     render("loaded.exr", &["--solution", "f.radsol"]);
     render("solved.exr", &[]);
     place.ok(&["compare", "loaded.exr", "solved.exr", "--threshold", "0"]);
+    std::fs::copy(place.path("f.radsol"), place.path("f.json")).unwrap();
+    let replacing = ["render", &furnace, "-o", "x.exr", "--solution", "f.json", "--report", "./f.json"];
+    place.refused(&replacing, "would replace the input f.json");
     let cube = scene("lit-cube");
     place.refused(&["render", &cube, "-o", "x.exr", "--solution", "f.radsol"], "f.radsol");
     place.refused(&["render", &furnace, "-o", "x.exr", "--solution", "none.radsol"], "none.radsol");
@@ -297,6 +325,76 @@ fn probe_prints_a_table_or_the_json_list() {
     let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
     args.extend(off);
     place.refused(&args, "no surface within");
+    let turned = ["--at", "0.5,0.5,0", "--normal", "0,0,-1", "--interpolated"];
+    let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
+    args.extend(turned);
+    place.refused(&args, "the point 0.5, 0.5, 0 with normal 0, 0, -1 lies on the back of surface 'floor'");
+    let help = place.ok(&["probe", "--help"]).stdout;
+    assert!(help.contains("runs pass 1 first unless --solution is given"), "{help}");
+}
+
+/// A floor, a camera over it, and a lamp.
+const FLOOR: &str = "version = 1\n[camera]\neye = [0.5, 0.5, 3]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\n\
+                     fov_y_deg = 15\n[materials.a]\nreflectance = 0.5\n[[surface]]\nname = \"floor\"\n\
+                     material = \"a\"\nquad = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\n[[light]]\nkind = \"point\"\n\
+                     intensity = 1.0\n";
+
+#[test]
+fn probe_of_stored_light_on_the_scene_border_works_on_the_board() {
+    let place = Place::new();
+    // The lamp lies on the floor's level: nothing but the lifted points makes the board's cube reach above it.
+    let scene = FLOOR.replace("eye = [0.5, 0.5, 3]", "eye = [0.5, 0.5, -2]") + "position = [0.5, 0.5, -1]\n";
+    std::fs::write(place.path("floor.toml"), scene).unwrap();
+    let at = ["--at", "0.5,0.5,0", "--normal", "0,0,1", "--interpolated", "--json"];
+    for caster in [&["--caster", "software"][..], &["--caster", "board", "--board", "minimal"][..]] {
+        let mut args = vec!["probe", "floor.toml", "--elements", "16"];
+        args.extend(at);
+        args.extend(caster);
+        let list: Value = serde_json::from_str(&place.ok(&args).stdout).unwrap();
+        assert_eq!(list[0]["irradiance_w_m2"][0].as_f64(), Some(0.0), "{caster:?}");
+    }
+}
+
+#[test]
+fn light_on_a_surface_and_a_coarse_wish_warn_on_stderr() {
+    let place = Place::new();
+    std::fs::write(place.path("floor.toml"), FLOOR.to_owned() + "position = [0.5, 0.5, 0]\n").unwrap();
+    let sphere = "position = [0.5, 0.5, 2]\n[[surface]]\nname = \"ball\"\nmaterial = \"a\"\n\
+                  sphere = { center = [0.5, 0.5, 0.5], radius = 0.2 }\n";
+    std::fs::write(place.path("ball.toml"), FLOOR.to_owned() + sphere).unwrap();
+    let stderr = place.ok(&["info", "floor.toml"]).stderr;
+    assert!(stderr.contains("light 1 lies on surface 'floor': move it off"), "{stderr}");
+    let stderr = place.ok(&["info", "ball.toml", "--elements", "1"]).stderr;
+    assert!(stderr.contains("elements, 1 were asked for") && !stderr.contains("lies on"), "{stderr}");
+    assert_eq!(place.ok(&["info", "ball.toml"]).stderr, "");
+}
+
+#[test]
+fn dense_visibility_casts_more_rays_of_pass_1() {
+    let place = Place::new();
+    let cube = scene("lit-cube");
+    let n_rays = |name: &str, extra: &[&str]| {
+        let mut args = vec!["solve", cube.as_str(), "-o", "c.radsol", "--elements", "96", "--report", name];
+        args.extend(extra);
+        place.ok(&args);
+        let report = place.json(name);
+        let dense = report["solve_options"]["dense_visibility"].as_bool();
+        assert_eq!(dense, Some(!extra.is_empty()), "{report}");
+        report["n_rays"].as_u64().unwrap()
+    };
+    let (sparse, dense) = (n_rays("s.json", &[]), n_rays("d.json", &["--dense-visibility"]));
+    assert!(dense > 2 * sparse, "{sparse} {dense}");
+    place.ok(&[
+        "probe",
+        &cube,
+        "--elements",
+        "96",
+        "--dense-visibility",
+        "--at",
+        "0.5,0.5,0",
+        "--normal",
+        "0,0,1",
+    ]);
 }
 
 #[test]
@@ -333,7 +431,8 @@ fn simulate_reports_closed_stall_tables_for_every_workload() {
 fn info_shows_scenes_and_boards() {
     let place = Place::new();
     let text = place.ok(&["info", &scene("furnace"), "--elements", "96"]).stdout;
-    for word in ["floor", "elements", "patches", "T-junction", "memory", "camera"] {
+    for word in ["floor", "elements", "patches", "T-junction", "memory", "camera", "patch memory", "grid of"]
+    {
         assert!(text.contains(word), "'{word}' is missing in\n{text}");
     }
     for name in ["delft-1992", "minimal"] {
@@ -344,6 +443,9 @@ fn info_shows_scenes_and_boards() {
     }
     std::fs::write(place.path("board.toml"), "clock_mhz = -3.0\n").unwrap();
     place.refused(&["info", "board.toml"], "clock_mhz");
+    std::fs::write(place.path("board.toml"), "clock_mhz = \"fast\"\n").unwrap();
+    place.refused(&["info", "board.toml"], "expected a number");
+    place.refused(&["render", &scene("furnace"), "--board", "delft-1991"], "(presets: delft-1992, minimal)");
 }
 
 #[test]
@@ -353,9 +455,12 @@ fn scene_wound_the_other_way_warns_on_stderr() {
                 [materials.a]\nreflectance = 0.5\nemission = 1.0\n[[surface]]\nname = \"turned\"\n\
                 material = \"a\"\nquad = [[0,0,0],[0,1,0],[1,1,0],[1,0,0]]\n";
     std::fs::write(place.path("turned.toml"), text).unwrap();
-    for args in
-        [&["info", "turned.toml"][..], &["render", "turned.toml", "-o", "t.png", "--elements", "16"][..]]
-    {
+    let simulate = ["simulate", "turned.toml", "--elements", "16", "--width", "16", "--height", "16"];
+    for args in [
+        &["info", "turned.toml"][..],
+        &["render", "turned.toml", "-o", "t.png", "--elements", "16"][..],
+        &simulate[..],
+    ] {
         let run = place.ok(args);
         assert!(
             run.stderr.contains("'turned' 100 %") && run.stderr.contains("Wound the other way"),

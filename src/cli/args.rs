@@ -1,9 +1,8 @@
 //! The command line as typed. What it means is worked out in `plan.rs`.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
+use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::image::Exposure;
@@ -11,7 +10,9 @@ use crate::image::exposure::ExposureError;
 use crate::scene::MAX_ELEMENTS;
 
 /// Widest and highest picture.
-const MAX_SIDE: u64 = 32_768;
+const MAX_SIDE: i64 = 32_768;
+/// Most threads of the host.
+const MAX_THREADS: i64 = 1024;
 
 /// A two-pass radiosity renderer whose rays are cast in software or by an emulated board of 1990-92.
 #[derive(Debug, Parser)]
@@ -29,8 +30,8 @@ Exit status: 0 fine, 1 a check failed (compare --threshold), 2 a bad input, name
 )]
 pub struct CommandLine {
     /// Threads of the host [default: one a processor]; results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
-    pub threads: Option<NonZeroUsize>,
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_THREADS))]
+    pub threads: Option<u32>,
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -43,7 +44,7 @@ pub enum Command {
     Render(RenderArgs),
     /// Solve the radiosity of a scene (pass 1 only) and keep the solution in a file
     Solve(SolveArgs),
-    /// Measure irradiance and illuminance at points of a scene
+    /// Measure irradiance and illuminance at points of a scene; runs pass 1 first unless --solution is given
     Probe(ProbeArgs),
     /// Drive the emulated board with a workload and account for its cycles
     Simulate(SimulateArgs),
@@ -83,32 +84,41 @@ pub struct CastArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub board: Option<String>,
     /// Wanted number of mesh elements, instead of the scene's [meshing]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
     /// Seed of every sampling pattern
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
+    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter: four times the rays,
+    /// less noise in indirect light
+    #[arg(long)]
+    pub dense_visibility: bool,
 }
 
 /// Size and sampling of a picture.
 #[derive(Debug, Args)]
 pub struct PictureArgs {
     /// Columns (pixels)
-    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = side())]
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, allow_negative_numbers = true, value_parser = whole(MAX_SIDE))]
     pub width: u32,
     /// Rows (pixels)
-    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = side())]
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, allow_negative_numbers = true, value_parser = whole(MAX_SIDE))]
     pub height: u32,
     /// Camera rays per pixel, 1 to 16
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(16))]
     pub samples: u32,
     /// Shadow rays per point and light surface: N x N, 1 to 8
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=8))]
+    #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = whole(8))]
     pub shadow_strata: u32,
 }
 
-fn side() -> RangedU64ValueParser<u32> {
-    RangedU64ValueParser::new().range(1..=MAX_SIDE)
+/// A whole number from 1 to `max`.
+fn whole(max: i64) -> RangedI64ValueParser<u32> {
+    RangedI64ValueParser::new().range(1..=max)
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number in 0..={}", u64::MAX))
 }
 
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
@@ -190,7 +200,7 @@ pub struct ProbeArgs {
     /// The value that pass 1 stored on the surface there, instead of light integrated at the point
     #[arg(long)]
     pub interpolated: bool,
-    /// Use this solution instead of pass 1
+    /// Use this solution, as `solve` wrote it for the same scene and mesh, instead of running pass 1
     #[arg(long, value_name = "FILE.radsol")]
     pub solution: Option<PathBuf>,
     /// Print a JSON list of {at, normal, irradiance_w_m2, illuminance_lx} instead of the table
@@ -236,11 +246,15 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "FILE.csv")]
     pub rays: Option<PathBuf>,
     /// Wanted number of mesh elements, instead of the scene's [meshing]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
     /// Seed of every sampling pattern
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
+    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter: four times the rays,
+    /// less noise in indirect light
+    #[arg(long)]
+    pub dense_visibility: bool,
     /// The picture whose rays these are.
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -278,7 +292,7 @@ pub struct InfoArgs {
     /// A scene file, a board file, or the name of a board preset (delft-1992, minimal)
     pub what: PathBuf,
     /// Wanted number of mesh elements, instead of the scene's [meshing]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
 }
 
@@ -303,9 +317,24 @@ mod tests {
 
     #[test]
     fn command_line_outside_a_range_is_refused() {
-        for bad in [["--samples", "17"], ["--samples", "0"], ["--width", "0"], ["--shadow-strata", "9"]] {
-            let args = ["radeng", "render", "s.toml", bad[0], bad[1]];
-            assert!(CommandLine::try_parse_from(args).is_err(), "{bad:?}");
+        let cases = [
+            ("--samples", "17", "1..=16"),
+            ("--samples", "0", "1..=16"),
+            ("--width", "0", "1..=32768"),
+            ("--height", "-1", "1..=32768"),
+            ("--shadow-strata", "9", "1..=8"),
+            ("--elements", "-5", "1..=4000000"),
+            ("--threads", "0", "1..=1024"),
+            ("--threads", "1025", "1..=1024"),
+            ("--threads", "-1", "1..=1024"),
+            ("--seed", "-1", "0..=18446744073709551615"),
+        ];
+        for (flag, value, range) in cases {
+            let error = CommandLine::try_parse_from(["radeng", "render", "s.toml", flag, value]).unwrap_err();
+            let text = error.to_string();
+            assert!(text.contains(range) && text.contains(flag) && !text.contains("-- -"), "{text}");
         }
+        let largest = ["radeng", "render", "s.toml", "--seed", "18446744073709551615", "--threads", "1024"];
+        assert!(CommandLine::try_parse_from(largest).is_ok());
     }
 }

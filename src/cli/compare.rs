@@ -12,7 +12,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, CliError> {
     if let Some(t) = args.threshold.filter(|t| !(t.is_finite() && *t >= 0.0)) {
         return Err(CliError::Usage(format!("--threshold {t}: expected a share of the mean, 0 or more")));
     }
-    plan::check_outputs([], &[(args.report.as_deref(), "json")])?;
+    plan::check_outputs([], &[(args.report.as_deref(), "json")], &[Some(&args.a), Some(&args.b)])?;
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let difference = difference(&a, &b, args.threshold)?;
     let passed = difference.n_over_threshold == 0;

@@ -47,29 +47,49 @@ pub enum CliError {
         what: String,
     },
     /// An input file that cannot be read.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{path}: {what}", path = path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: std::io::Error,
+        what: String,
     },
     /// The threads could not be started.
     #[error("cannot start {n} threads: {what}")]
     Threads {
         /// How many.
-        n: usize,
+        n: u32,
         /// What the system said.
         what: String,
     },
 }
 
 impl CliError {
-    /// The error as the terminal shows it: faults of a scene file with the line that they are in.
-    pub fn into_report(self) -> miette::Report {
+    /// The error as the terminal shows it: a fault in a scene's text with the line that it is in, all others in one
+    /// line.
+    pub fn terminal_text(self) -> String {
         match self {
-            CliError::Frame(FrameError::Scene(error)) => miette::Report::new(*error),
-            other => miette::Report::msg(other),
+            CliError::Frame(FrameError::Scene(error)) if error.place.is_some() => {
+                // Lines stay whole: names and paths must not break at their hyphens.
+                let handler = miette::MietteHandlerOpts::new().wrap_lines(false);
+                // A second hook is refused, and the first is this one.
+                let _ = miette::set_hook(Box::new(move |_| Box::new(handler.clone().build())));
+                format!("{:?}", miette::Report::new(*error))
+            }
+            other => format!("error: {}", other.to_string().split_whitespace().collect::<Vec<_>>().join(" ")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn error_outside_a_scene_text_is_one_line_however_long() {
+        let what = format!("{}\n  delft-1992", "long ".repeat(60));
+        let text = CliError::Board { name: "x".to_owned(), what }.terminal_text();
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(text.starts_with("error: board 'x': long") && text.ends_with("delft-1992"), "{text}");
     }
 }

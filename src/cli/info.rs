@@ -1,17 +1,17 @@
 //! `radeng info`: a scene or a board, resolved, with sizes and memory.
 
 use std::fmt::Write as _;
-use std::mem::size_of;
 use std::path::Path;
 
 use rtl_model::spec::BoardSpec;
 
 use super::args::InfoArgs;
+use super::plan::DEFAULT_BOARD;
 use super::{CliError, Outcome, plan};
 use crate::frame::{self, Inspected};
-use crate::mesh::{Element, Mesh, Patch, Vertex};
+use crate::mesh::Mesh;
 use crate::radiosity::SplitIrradiance;
-use crate::report::si::{bytes, si};
+use crate::report::si::{bytes, si, vector};
 use crate::scene::{MeshTarget, Scene, Shape};
 use crate::units::Rgb;
 
@@ -23,7 +23,11 @@ pub(super) fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
         let spec = plan::resolve_board(name)?;
         return Ok(Outcome { text: board_text(&spec), ..Outcome::default() });
     }
-    let inspected = frame::inspect_scene(&args.what, args.elements)?;
+    if !args.what.exists() {
+        return Err(CliError::Usage(format!("{}: {}", args.what.display(), plan::no_file_no_preset())));
+    }
+    let board = plan::resolve_board(DEFAULT_BOARD)?;
+    let inspected = frame::inspect_scene(&args.what, args.elements, &board)?;
     Ok(Outcome { text: scene_text(&inspected), warnings: inspected.warnings, check_failed: false })
 }
 
@@ -58,7 +62,7 @@ fn scene_text(inspected: &Inspected) -> String {
     let mut out = format!("scene {}\n\n", scene.path.display());
     match &scene.camera {
         Some(c) => {
-            let v = |p: crate::geom::DVec3| format!("({}, {}, {})", p.x, p.y, p.z);
+            let v = |p| format!("({})", vector(p));
             let _ = writeln!(
                 out,
                 "camera     eye {} m, target {} m, up {}, {} degrees high",
@@ -84,20 +88,25 @@ fn scene_text(inspected: &Inspected) -> String {
         mesh.n_cast_patches,
         mesh.n_t_junctions
     );
-    let (mesh_bytes, solution_bytes) = host_bytes(mesh);
-    let _ = writeln!(out, "memory     mesh {}, solution {}\n", bytes(mesh_bytes), bytes(solution_bytes));
+    let solution_bytes = (mesh.vertices.len() + mesh.elements.len()) * size_of::<SplitIrradiance>();
+    let _ = writeln!(
+        out,
+        "memory     mesh {}, solution {}",
+        bytes(mesh.memory_bytes() as u64),
+        bytes(solution_bytes as u64)
+    );
+    let _ = match &inspected.board_image {
+        Ok(image) => writeln!(
+            out,
+            "board      patch memory {} on {DEFAULT_BOARD}, grid of {n} x {n} x {n} cells\n",
+            bytes(image.size_bytes),
+            n = image.cells_per_side
+        ),
+        Err(e) => writeln!(out, "board      {DEFAULT_BOARD} cannot take the scene: {e}\n"),
+    };
     materials_table(&mut out, scene);
     surfaces_table(&mut out, scene, mesh);
     out
-}
-
-/// Bytes of the mesh's arrays and of a solution over it.
-fn host_bytes(mesh: &Mesh) -> (u64, u64) {
-    let (vertices, elements) = (mesh.vertices.len(), mesh.elements.len());
-    let arrays = vertices * size_of::<Vertex>()
-        + elements * size_of::<Element>()
-        + mesh.patches.len() * size_of::<Patch>();
-    ((arrays) as u64, ((vertices + elements) * size_of::<SplitIrradiance>()) as u64)
 }
 
 fn rgb(c: Rgb) -> String {

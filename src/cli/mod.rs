@@ -39,9 +39,9 @@ pub struct Outcome {
 pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
     if let Some(n) = line.threads {
         rayon::ThreadPoolBuilder::new()
-            .num_threads(n.get())
+            .num_threads(n as usize)
             .build_global()
-            .map_err(|e| CliError::Threads { n: n.get(), what: e.to_string() })?;
+            .map_err(|e| CliError::Threads { n, what: e.to_string() })?;
     }
     match &line.command {
         Command::Render(args) => render::run(args),

@@ -1,5 +1,6 @@
 //! The command line as meant: names resolved, values checked, output places tried, before any long work.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use rtl_model::spec::BoardSpec;
@@ -8,11 +9,12 @@ use super::args::{CastArgs, CasterArg, PictureArgs, ReconstructArg, RenderArgs};
 use super::error::CliError;
 use crate::frame::{CasterChoice, FrameOptions, PassOne};
 use crate::geom::DVec3;
-use crate::image::files::check_targets;
+use crate::image::files::{check_not_inputs, check_targets};
 use crate::image::{OutputError, PictureFormat};
 use crate::radiosity::SolveOptions;
 use crate::reconstruct::Method;
 use crate::render::RenderOptions;
+use crate::report::si::vector;
 
 /// The board that is emulated unless another is named.
 pub const DEFAULT_BOARD: &str = "delft-1992";
@@ -31,13 +33,49 @@ pub fn resolve_board(name: &str) -> Result<BoardSpec, CliError> {
     }
     let path = Path::new(name);
     if !path.exists() {
-        let presets = BoardSpec::preset_names().join(", ");
-        return Err(fault(format!("no such file, and no preset of this name (presets: {presets})")));
+        return Err(fault(no_file_no_preset()));
     }
-    let text = std::fs::read_to_string(path).map_err(|e| fault(e.to_string()))?;
-    let spec = BoardSpec::from_toml(&text).map_err(|e| fault(e.to_string()))?;
+    let text = read_text(path, "a board file").map_err(fault)?;
+    let spec = BoardSpec::from_toml(&text).map_err(|e| fault(plain_types(&e.to_string())))?;
     spec.validate().map_err(|e| fault(e.to_string()))?;
     Ok(spec)
+}
+
+/// What is wrong with a name that is neither.
+pub(super) fn no_file_no_preset() -> String {
+    format!("no such file, and no preset of this name (presets: {})", BoardSpec::preset_names().join(", "))
+}
+
+/// A text file; `expected` says what it should be.
+///
+/// # Errors
+/// Why it cannot be read, in the words that scene files get.
+pub fn read_text(path: &Path, expected: &str) -> Result<String, String> {
+    if path.is_dir() {
+        return Err(format!("is a directory, expected {expected}"));
+    }
+    std::fs::read_to_string(path).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => format!("no such file, expected {expected}"),
+        ErrorKind::InvalidData => format!("not UTF-8 text, expected {expected}"),
+        _ => format!("cannot be read: {e}"),
+    })
+}
+
+/// A decoder's message with its type names in plain words.
+fn plain_types(message: &str) -> String {
+    const EXPECTED: &str = "expected ";
+    let Some(at) = message.rfind(EXPECTED) else { return message.to_owned() };
+    let (before, wanted) = message.split_at(at + EXPECTED.len());
+    let wanted = match wanted.trim() {
+        "f64" | "f32" => "a number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "bool" | "a boolean" => "true or false",
+        "str" | "string" | "a string" => "text in quotes",
+        other if other.starts_with("struct ") => "a table",
+        other => other,
+    };
+    format!("{before}{wanted}")
 }
 
 /// Who answers the rays: `--board` alone means the board; with `--caster software` it is a contradiction.
@@ -59,13 +97,22 @@ pub fn resolve_caster(args: &CastArgs) -> Result<CasterChoice, CliError> {
 /// Options of everything that casts rays.
 ///
 /// # Errors
-/// As [`resolve_caster`].
+/// As [`resolve_caster`]; an option of pass 1 where pass 1 does not run.
 pub fn resolve_frame(args: &CastArgs, solution: Option<&Path>) -> Result<FrameOptions, CliError> {
     let pass_1 = match solution {
+        Some(_) if args.dense_visibility => {
+            let what = "--dense-visibility has no use with --solution: it is an option of pass 1";
+            return Err(CliError::Usage(what.to_owned()));
+        }
         Some(path) => PassOne::Load(path.to_owned()),
-        None => PassOne::Solve(SolveOptions { seed: args.seed, ..SolveOptions::default() }),
+        None => PassOne::Solve(resolve_solve(args.seed, args.dense_visibility)),
     };
     Ok(FrameOptions { elements: args.elements, caster: resolve_caster(args)?, pass_1 })
+}
+
+/// Options of pass 1.
+pub fn resolve_solve(seed: u64, dense_visibility: bool) -> SolveOptions {
+    SolveOptions { seed, dense_visibility, ..SolveOptions::default() }
 }
 
 /// Options of pass 2.
@@ -113,13 +160,14 @@ pub fn scene_name(scene: &Path) -> String {
     }
 }
 
-/// Checks extension and place of all outputs that are no pictures, and the places of all.
+/// Checks extension and place of all outputs that are no pictures, the places of all, and that none is an input.
 ///
 /// # Errors
 /// The first output that cannot be.
 pub fn check_outputs<'a>(
     pictures: impl IntoIterator<Item = &'a Path>,
     others: &[(Option<&'a Path>, &'static str)],
+    inputs: &[Option<&Path>],
 ) -> Result<(), CliError> {
     let mut all: Vec<&Path> = pictures.into_iter().collect();
     for (path, extension) in others {
@@ -130,7 +178,27 @@ pub fn check_outputs<'a>(
         }
         all.push(path);
     }
-    Ok(check_targets(all)?)
+    check_targets(all.iter().copied())?;
+    let inputs: Vec<&Path> = inputs.iter().copied().flatten().collect();
+    Ok(check_not_inputs(&all, &inputs)?)
+}
+
+/// Farthest coordinate of a point (m), as in scene files.
+pub const MAX_COORDINATE_M: f64 = 1e6;
+
+/// A point (m), `x,y,z`.
+///
+/// # Errors
+/// As [`parse_vector`]; a coordinate beyond [`MAX_COORDINATE_M`].
+pub fn parse_point(flag: &str, text: &str) -> Result<DVec3, CliError> {
+    let point = parse_vector(flag, text)?;
+    if point.abs().max_element() > MAX_COORDINATE_M {
+        return Err(CliError::Usage(format!(
+            "{flag} {}: expected coordinates within -1e6 to 1e6 m",
+            vector(point)
+        )));
+    }
+    Ok(point)
 }
 
 /// Three numbers, `x,y,z`.
@@ -151,7 +219,7 @@ mod tests {
     use super::*;
 
     fn cast(caster: Option<CasterArg>, board: Option<&str>) -> CastArgs {
-        CastArgs { caster, board: board.map(str::to_owned), elements: None, seed: 1 }
+        CastArgs { caster, board: board.map(str::to_owned), elements: None, seed: 1, dense_visibility: false }
     }
 
     #[test]
@@ -176,6 +244,33 @@ mod tests {
     }
 
     #[test]
+    fn board_file_with_a_wrong_type_is_refused_in_plain_words() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("board.toml");
+        let fault = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            resolve_board(path.to_str().unwrap()).unwrap_err().to_string()
+        };
+        let e = fault("clock_mhz = \"fast\"\n");
+        assert!(e.contains("line 1, column 13") && e.ends_with("expected a number"), "{e}");
+        let e = fault("formats = 3\n");
+        assert!(e.ends_with("expected a table"), "{e}");
+        let e = fault("grid_log2 = 1.5\n");
+        assert!(e.ends_with("expected a whole number, 0 or more"), "{e}");
+        let e = resolve_board(dir.path().to_str().unwrap()).unwrap_err().to_string();
+        assert!(e.ends_with("is a directory, expected a board file"), "{e}");
+    }
+
+    #[test]
+    fn dense_visibility_reaches_pass_1_and_is_refused_where_none_runs() {
+        let args = CastArgs { dense_visibility: true, ..cast(None, None) };
+        let options = resolve_frame(&args, None).unwrap();
+        assert!(matches!(options.pass_1, PassOne::Solve(SolveOptions { dense_visibility: true, .. })));
+        let e = resolve_frame(&args, Some(Path::new("a.radsol"))).unwrap_err().to_string();
+        assert!(e.contains("--dense-visibility"), "{e}");
+    }
+
+    #[test]
     fn scene_name_is_the_stem_or_for_scene_toml_the_folder() {
         let dir = tempfile::tempdir().unwrap();
         let folder = dir.path().join("lit-room");
@@ -190,14 +285,20 @@ mod tests {
         for bad in ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", ""] {
             assert!(parse_vector("--at", bad).unwrap_err().to_string().contains("--at"), "{bad}");
         }
+        assert_eq!(parse_point("--at", "-1e6,0,1e6").unwrap(), DVec3::new(-1e6, 0.0, 1e6));
+        let far = parse_point("--at", "0,1e300,0").unwrap_err().to_string();
+        assert!(far.starts_with("--at 0, 1e300, 0: expected"), "{far}");
     }
 
     #[test]
     fn outputs_with_a_wrong_extension_or_named_twice_are_refused() {
         let dir = tempfile::tempdir().unwrap();
         let (json, png) = (dir.path().join("r.json"), dir.path().join("p.png"));
-        check_outputs([png.as_path()], &[(Some(&json), "json"), (None, "radsol")]).unwrap();
-        assert!(check_outputs([], &[(Some(&png), "json")]).is_err());
-        assert!(check_outputs([png.as_path(), png.as_path()], &[]).is_err());
+        check_outputs([png.as_path()], &[(Some(&json), "json"), (None, "radsol")], &[None]).unwrap();
+        assert!(check_outputs([], &[(Some(&png), "json")], &[]).is_err());
+        assert!(check_outputs([png.as_path(), png.as_path()], &[], &[]).is_err());
+        let input = dir.path().join("./r.json");
+        let e = check_outputs([], &[(Some(&json), "json")], &[None, Some(&input)]).unwrap_err();
+        assert!(e.to_string().contains("input"), "{e}");
     }
 }

@@ -1,5 +1,7 @@
 //! `radeng probe`: irradiance and illuminance at points, as a table or JSON.
 
+use std::path::Path;
+
 use super::args::ProbeArgs;
 use super::progress::Bars;
 use super::{CliError, Outcome, plan};
@@ -10,7 +12,11 @@ use crate::report::{self, ProbeReport, ProbedPoint, SceneFacts};
 
 pub(super) fn run(args: &ProbeArgs) -> Result<Outcome, CliError> {
     let points = points(args)?;
-    plan::check_outputs([], &[(args.report.as_deref(), "json")])?;
+    plan::check_outputs(
+        [],
+        &[(args.report.as_deref(), "json")],
+        &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
+    )?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, 0);
@@ -51,7 +57,7 @@ fn points(args: &ProbeArgs) -> Result<Vec<ProbePoint>, CliError> {
     let pairs = args.at.iter().zip(&args.normal);
     pairs
         .map(|(at, normal)| {
-            let at = plan::parse_vector("--at", at)?;
+            let at = plan::parse_point("--at", at)?;
             let direction = plan::parse_vector("--normal", normal)?;
             match direction.try_normalize() {
                 Some(normal) => Ok(ProbePoint { at, normal }),

@@ -6,7 +6,12 @@
 use std::path::Path;
 
 use super::CliError;
+use super::plan::{MAX_COORDINATE_M, read_text};
 use crate::geom::{DVec3, Ray};
+use crate::report::si::vector;
+
+/// Largest component of a direction: what the casters' products carry.
+const DIRECTION_LENGTHS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
 /// Reads a rays file.
 ///
@@ -14,7 +19,7 @@ use crate::geom::{DVec3, Ray};
 /// The first bad line with its number, what it says and what was expected; a file without rays.
 pub(super) fn read_rays(path: &Path) -> Result<Vec<Ray>, CliError> {
     let text =
-        std::fs::read_to_string(path).map_err(|source| CliError::Read { path: path.to_owned(), source })?;
+        read_text(path, "a rays file").map_err(|what| CliError::Read { path: path.to_owned(), what })?;
     parse_rays(&text).map_err(|(line, what)| CliError::Rays { path: path.to_owned(), line, what })
 }
 
@@ -49,10 +54,20 @@ fn parse_ray(line: &str) -> Result<Ray, String> {
     if dir == DVec3::ZERO {
         return Err("the direction is zero".to_owned());
     }
+    if !DIRECTION_LENGTHS.contains(&dir.abs().max_element()) {
+        return Err(format!(
+            "the direction is {}, expected a largest component of 1e-60 to 1e60",
+            vector(dir)
+        ));
+    }
+    let origin = DVec3::new(x[0], x[1], x[2]);
+    if origin.abs().max_element() > MAX_COORDINATE_M {
+        return Err(format!("the origin is {}, expected coordinates within -1e6 to 1e6 m", vector(origin)));
+    }
     if x[6] <= 0.0 {
         return Err(format!("t_max is {}, expected more than 0", x[6]));
     }
-    Ok(Ray { t_max: x[6], ..Ray::unbounded(DVec3::new(x[0], x[1], x[2]), dir) })
+    Ok(Ray { t_max: x[6], ..Ray::unbounded(origin, dir) })
 }
 
 #[cfg(test)]
@@ -74,6 +89,10 @@ mod tests {
             ("\n\n0,0,x,0,0,1", 3, "oz is 'x'"),
             ("0,0,0,0,nan,1", 1, "dy is 'nan'"),
             ("0,0,0,0,0,0", 1, "direction is zero"),
+            ("0,0,0,0,0,1\n0,0,0,1e-300,0,0", 2, "direction is 1e-300, 0, 0"),
+            ("0,0,0,0,-1e61,0", 1, "direction is 0, -1e61, 0"),
+            ("0,0,0,0,inf,0", 1, "dy is 'inf'"),
+            ("0,2e6,0,0,1,0", 1, "origin is 0, 2000000, 0"),
             ("0,0,0,0,0,1,-1", 1, "t_max is -1"),
             ("# nothing\n", 1, "no rays"),
             ("", 1, "no rays"),

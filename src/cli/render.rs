@@ -1,5 +1,7 @@
 //! `radeng render`: both passes, pictures, report, summary.
 
+use std::path::Path;
+
 use super::args::RenderArgs;
 use super::plan;
 use super::progress::Bars;
@@ -15,7 +17,11 @@ use crate::report::{self, BackHits, BoardReport, PassOneReport, PictureFact, Ren
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let pictures = plan::resolve_pictures(args)?;
-    plan::check_outputs(pictures.iter().map(|(p, _)| p.as_path()), &[(args.report.as_deref(), "json")])?;
+    plan::check_outputs(
+        pictures.iter().map(|(p, _)| p.as_path()),
+        &[(args.report.as_deref(), "json")],
+        &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
+    )?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     let picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
 

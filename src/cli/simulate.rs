@@ -1,19 +1,24 @@
 //! `radeng simulate`: a workload through the emulated board, and the account of its cycles.
 
+use std::path::Path;
+
 use super::args::{ReconstructArg, SimulateArgs, WorkloadArg};
 use super::progress::Bars;
 use super::rays::read_rays;
 use super::{CliError, Outcome, plan, render};
 use crate::frame::{self, Workload};
 use crate::image::OutputFiles;
-use crate::radiosity::SolveOptions;
 use crate::report::{self, BoardReport, SceneFacts, SimulateReport};
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
-    plan::check_outputs([], &[(args.report.as_deref(), "json")])?;
+    plan::check_outputs(
+        [],
+        &[(args.report.as_deref(), "json")],
+        &[Some(&args.scene), args.rays.as_deref(), Some(Path::new(&args.board))],
+    )?;
     let board = plan::resolve_board(&args.board)?;
     let picture = plan::resolve_picture(&args.picture, ReconstructArg::Hermite, args.seed);
-    let solve = SolveOptions { seed: args.seed, ..SolveOptions::default() };
+    let solve = plan::resolve_solve(args.seed, args.dense_visibility);
     let (workload, name) = match &args.rays {
         Some(path) => (Workload::Rays(read_rays(path)?), "rays"),
         None => match args.workload {

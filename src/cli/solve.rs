@@ -1,5 +1,7 @@
 //! `radeng solve`: pass 1, the solution's file, report, summary.
 
+use std::path::Path;
+
 use super::args::SolveArgs;
 use super::progress::Bars;
 use super::render::{board_report, loaded_from};
@@ -14,12 +16,15 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
     if !(args.unshot > 0.0 && args.unshot < 1.0) {
         return Err(CliError::Usage(format!("--unshot {}: expected a share between 0 and 1", args.unshot)));
     }
-    plan::check_outputs([], &[(Some(&args.output), "radsol"), (args.report.as_deref(), "json")])?;
+    plan::check_outputs(
+        [],
+        &[(Some(&args.output), "radsol"), (args.report.as_deref(), "json")],
+        &[Some(&args.scene), args.cast.board.as_deref().map(Path::new)],
+    )?;
     let mut options = plan::resolve_frame(&args.cast, None)?;
     options.pass_1 = PassOne::Solve(SolveOptions {
         unshot_share: args.unshot,
-        seed: args.cast.seed,
-        ..SolveOptions::default()
+        ..plan::resolve_solve(args.cast.seed, args.cast.dense_visibility)
     });
 
     let mut bars = Bars::new(args.unshot, 0);

@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::radiosity::SolveError;
 use crate::radiosity::solution_file::SolutionFileError;
 use crate::raycast::CastError;
+use crate::report::si::vector;
 use crate::scene::SceneError;
 
 /// Why a product could not be made.
@@ -32,14 +33,43 @@ pub enum FrameError {
     Cast(#[from] CastError),
     /// A stored value was asked for where no surface is.
     #[error(
-        "no surface within {reach_m} m of the point {}, {}, {} along its normal: stored values exist on surfaces only",
-        at.x, at.y, at.z
+        "no surface within {reach_m} m of the point {} along its normal: stored values exist on surfaces only",
+        vector(*at)
     )]
     OffSurface {
         /// The point (m).
         at: DVec3,
         /// How far it was looked for (m).
         reach_m: f64,
+    },
+    /// A stored value was asked for on the back of a one-sided surface.
+    #[error(
+        "the point {} with normal {} lies on the back of surface '{surface}', which stores nothing: \
+         is the normal turned round?",
+        vector(*at),
+        vector(*normal)
+    )]
+    BlackBack {
+        /// The point (m).
+        at: DVec3,
+        /// Its unit normal.
+        normal: DVec3,
+        /// The surface.
+        surface: String,
+    },
+    /// The mesh would be absurdly large.
+    #[error(
+        "{path}: the mesh would have {n} elements, at most {limit} are possible: ask for fewer or larger elements, \
+         or describe curved surfaces and slivers more coarsely",
+        path = path.display()
+    )]
+    TooManyElements {
+        /// The scene file.
+        path: PathBuf,
+        /// Planned elements.
+        n: u64,
+        /// The most that are possible.
+        limit: u64,
     },
 }
 

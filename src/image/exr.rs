@@ -5,7 +5,7 @@
 //! ```
 //! Primaries are Rec. 709 / D65, the format's default; the unit is W/m^2/sr.
 
-use std::io::Cursor;
+use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use ::exr::prelude::{
@@ -28,6 +28,14 @@ pub enum ReadError {
         path: PathBuf,
         /// Why.
         source: std::io::Error,
+    },
+    /// There is no file.
+    #[error("{path}: {what}, expected an EXR picture", path = path.display())]
+    NoFile {
+        /// The path.
+        path: PathBuf,
+        /// What is there instead.
+        what: &'static str,
     },
     /// Not an EXR file, damaged, or without R, G and B.
     #[error("{path}: not a readable EXR picture with channels R, G, B: {what}", path = path.display())]
@@ -63,7 +71,14 @@ pub fn encode_exr(film: &Film) -> Result<Vec<u8>, OutputError> {
 /// # Errors
 /// [`ReadError`] with the file's name.
 pub fn read_exr(path: &Path) -> Result<Film, ReadError> {
-    let bytes = std::fs::read(path).map_err(|source| ReadError::Io { path: path.to_owned(), source })?;
+    let no_file = |what| ReadError::NoFile { path: path.to_owned(), what };
+    if path.is_dir() {
+        return Err(no_file("is a directory"));
+    }
+    let bytes = std::fs::read(path).map_err(|source| match source.kind() {
+        ErrorKind::NotFound => no_file("no such file"),
+        _ => ReadError::Io { path: path.to_owned(), source },
+    })?;
     decode_exr(&bytes).map_err(|what| ReadError::Format { path: path.to_owned(), what })
 }
 

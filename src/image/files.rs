@@ -29,11 +29,21 @@ pub enum OutputError {
         /// Why not.
         what: String,
     },
-    /// One path was named for two outputs.
-    #[error("{path}: named twice as an output", path = path.display())]
+    /// One file was named for two outputs.
+    #[error("{path}: named twice as an output, first as {first}", path = path.display(), first = first.display())]
     Duplicate {
-        /// The file.
+        /// The file, as named the second time.
         path: PathBuf,
+        /// As named the first time.
+        first: PathBuf,
+    },
+    /// An output would replace an input.
+    #[error("{path}: the output would replace the input {input}", path = path.display(), input = input.display())]
+    IsInput {
+        /// The file, as named as an output.
+        path: PathBuf,
+        /// As named as an input.
+        input: PathBuf,
     },
     /// Writing failed.
     #[error("{path}: {source}", path = path.display())]
@@ -69,6 +79,9 @@ impl PictureFormat {
     /// # Errors
     /// [`OutputError::Extension`] for all others.
     pub fn of(path: &Path) -> Result<PictureFormat, OutputError> {
+        if names_a_folder(path) {
+            return Err(OutputError::Extension { path: path.to_owned(), what: "a folder".to_owned() });
+        }
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         let what = match extension.as_deref() {
             Some("exr") => return Ok(PictureFormat::Exr),
@@ -81,6 +94,11 @@ impl PictureFormat {
     }
 }
 
+/// A path that ends in a separator.
+fn names_a_folder(path: &Path) -> bool {
+    path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(char::from(*b)))
+}
+
 /// Checks that a file can be written at `path`: its folder exists and takes files. Leaves nothing behind.
 ///
 /// # Errors
@@ -90,7 +108,7 @@ pub fn check_target(path: &Path) -> Result<(), OutputError> {
     if path.file_name().is_none() {
         return fault("not a file name".to_owned());
     }
-    if path.is_dir() {
+    if path.is_dir() || names_a_folder(path) {
         return fault("is a folder, expected a file name".to_owned());
     }
     let folder = match path.parent() {
@@ -106,20 +124,51 @@ pub fn check_target(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Checks every path as [`check_target`] does, and that none is named twice.
+/// Checks every path as [`check_target`] does, and that no file is named twice, by whatever path.
 ///
 /// # Errors
 /// The first path that cannot be.
 pub fn check_targets<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(), OutputError> {
-    let mut seen: Vec<&Path> = Vec::new();
+    let mut seen: Vec<(PathBuf, &Path)> = Vec::new();
     for path in paths {
-        if seen.contains(&path) {
-            return Err(OutputError::Duplicate { path: path.to_owned() });
-        }
         check_target(path)?;
-        seen.push(path);
+        let file = identity(path);
+        if let Some((_, first)) = seen.iter().find(|(other, _)| *other == file) {
+            return Err(OutputError::Duplicate { path: path.to_owned(), first: first.to_path_buf() });
+        }
+        seen.push((file, path));
     }
     Ok(())
+}
+
+/// Checks that no output is one of the inputs, by whatever path.
+///
+/// # Errors
+/// The first output that is.
+pub fn check_not_inputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), OutputError> {
+    let inputs: Vec<(PathBuf, &Path)> = inputs.iter().map(|path| (identity(path), *path)).collect();
+    for path in outputs {
+        let file = identity(path);
+        if let Some((_, input)) = inputs.iter().find(|(other, _)| *other == file) {
+            return Err(OutputError::IsInput { path: path.to_path_buf(), input: input.to_path_buf() });
+        }
+    }
+    Ok(())
+}
+
+/// The same for all paths to one file, links followed; also for a file that does not exist yet.
+fn identity(path: &Path) -> PathBuf {
+    if let Ok(file) = path.canonicalize() {
+        return file;
+    }
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
 }
 
 /// Files to be written together: nothing shows before [`OutputFiles::commit`].
@@ -186,11 +235,8 @@ mod tests {
         assert_eq!(PictureFormat::of(Path::new("a/b.exr")).unwrap(), PictureFormat::Exr);
         assert_eq!(PictureFormat::of(Path::new("b.PNG")).unwrap(), PictureFormat::Png);
         for bad in ["a.hdr", "a.jpg", "a", "a.exr/"] {
-            if let Err(e) = PictureFormat::of(Path::new(bad)) {
-                assert!(e.to_string().contains(".exr (linear) or .png (sRGB)"), "{e}");
-            } else {
-                assert_eq!(bad, "a.exr/");
-            }
+            let e = PictureFormat::of(Path::new(bad)).expect_err(bad).to_string();
+            assert!(e.contains(".exr (linear) or .png (sRGB)"), "{e}");
         }
     }
 
@@ -213,6 +259,30 @@ mod tests {
         assert!(check_target(dir.path()).unwrap_err().to_string().contains("is a folder"));
         let a = dir.path().join("a.png");
         assert!(matches!(check_targets([a.as_path(), a.as_path()]), Err(OutputError::Duplicate { .. })));
+        let slash = format!("{}/", a.display());
+        assert!(check_target(Path::new(&slash)).unwrap_err().to_string().contains("is a folder"));
+    }
+
+    #[test]
+    fn one_file_by_two_paths_is_refused_as_two_outputs_and_as_input_and_output() {
+        let dir = tempfile::tempdir().unwrap();
+        let (a, same, other) =
+            (dir.path().join("a.png"), dir.path().join("./a.png"), dir.path().join("b.png"));
+        std::fs::create_dir(dir.path().join("in")).unwrap();
+        let around = dir.path().join("in/../a.png");
+        for exists in [false, true] {
+            if exists {
+                std::fs::write(&a, "old").unwrap();
+            }
+            check_targets([a.as_path(), other.as_path()]).unwrap();
+            check_not_inputs(&[&a], &[&other]).unwrap();
+            for twin in [&same, &around] {
+                let twice = check_targets([a.as_path(), twin.as_path()]);
+                assert!(matches!(twice, Err(OutputError::Duplicate { .. })), "{twin:?} {exists}");
+                let input = check_not_inputs(&[twin], &[&other, &a]);
+                assert!(matches!(input, Err(OutputError::IsInput { .. })), "{twin:?} {exists}");
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Numbers as people read them: SI prefixes with units, percentages.
 
+use glam::DVec3;
+
 /// `value` with an SI prefix and at least three significant digits: `12.3 Mrays`, `941 krays/s`, `50.1 mW`.
 pub fn si(value: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 8] =
@@ -41,6 +43,19 @@ pub fn share(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
 }
 
+/// A position or direction in a message: `0.5, -2, 3e300`.
+pub fn vector(v: DVec3) -> String {
+    v.to_array().map(number).join(", ")
+}
+
+/// A number as short as it can be told exactly: extreme magnitudes with an exponent, not with rows of zeros.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 | 1e-4..1e7 => format!("{value}"),
+        _ => format!("{value:e}"),
+    }
+}
+
 /// Three significant digits in fixed notation where that is readable, in scientific where not.
 fn three_digits(value: f64) -> String {
     match value.abs() {
@@ -57,6 +72,13 @@ fn three_digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn vector_with_extreme_components_stays_short() {
+        assert_eq!(vector(DVec3::new(0.5, -2.0, 3e300)), "0.5, -2, 3e300");
+        assert_eq!(vector(DVec3::new(0.0, -1e-70, 1e6)), "0, -1e-70, 1000000");
+        assert_eq!(number(f64::INFINITY), "inf");
+    }
 
     #[test]
     fn si_of_round_values_picks_the_prefix() {
