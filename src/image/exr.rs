@@ -155,7 +155,7 @@ mod tests {
         std::fs::write(&path, [7u8; 100]).unwrap();
         let message = read_exr(&path).unwrap_err().to_string();
         assert!(message.contains("noise.exr") && message.contains("EXR"), "{message}");
-        assert!(matches!(read_exr(&dir.path().join("none.exr")), Err(ReadError::Io { .. })));
+        assert!(matches!(read_exr(&dir.path().join("none.exr")), Err(ReadError::NoFile { .. })));
     }
 
     #[test]
