@@ -7,7 +7,7 @@ use crate::datapath::PatchWords;
 use crate::fixed::Formats;
 use crate::functional;
 use crate::sim::Cause;
-use crate::spec::{CacheSpec, ClusterBufferSpec, MemoryLevels, Scheduling};
+use crate::spec::{ClusterBufferSpec, ListCacheSpec, MemoryLevels, PatchCacheSpec, Scheduling};
 
 /// A small deterministic generator: 31 random bits a call.
 struct Random(u64);
@@ -98,8 +98,8 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
         spec.fifos.commands = f.3;
         spec.memory = [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical][m.0 as usize];
         let bytes = |log: u32| if log == 0 { 0 } else { 64 << log };
-        spec.patch_cache = CacheSpec { bytes: bytes(m.1), ways: 2, miss_registers: m.3 };
-        spec.list_cache = CacheSpec { bytes: bytes(m.2), ways: 1, miss_registers: m.3 };
+        spec.patch_cache = PatchCacheSpec { bytes: bytes(m.1), ways: 2, miss_registers: m.3 };
+        spec.list_cache = ListCacheSpec { bytes: bytes(m.2), ways: 1, miss_registers: m.3 };
         spec.cluster_buffer =
             ClusterBufferSpec { bytes: bytes(m.1 + 1), ways: 2, cycles: m.5, miss_registers: m.3 };
         spec.loader.slots = m.5;
@@ -288,3 +288,17 @@ const WORKED_EXAMPLE: [(&str, u64); 22] = [
     ("result merge takes it, sends it on; bus arbitration; 8 bytes", 2 + 4 + 2),
     ("interrupt", 500),
 ];
+
+/// The presets' cycles for three commands on one scene: timing changes of a preset are to be seen, not to slip.
+#[test]
+fn presets_on_the_small_scene_take_their_cycles() {
+    for (name, cycles) in [("delft-1992", 15_547), ("minimal", 353_171)] {
+        let spec = BoardSpec::preset(name).unwrap();
+        let (image, bundles) = small_scene(&spec);
+        let mut board = Board::new(&spec, image).unwrap();
+        board.trace_nearest(Work::Bundles(&bundles)).unwrap();
+        board.trace_any(Work::Bundles(&bundles)).unwrap();
+        board.trace_nearest(Work::Rays(&rays_of(&spec.formats, &bundles))).unwrap();
+        assert_eq!(board.statistics().cycles, cycles, "{name}");
+    }
+}

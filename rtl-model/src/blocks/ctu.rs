@@ -7,8 +7,10 @@
 //! ```
 //! Context states: free, ready, in the pipeline, waiting (list not through, or tests not reduced). A ray enters its
 //! next cell only after every result of the last one is reduced, and a kill acts only there.
-//! Timing: a step every `initiation_interval` cycles, out after `depth`; a ray alone steps every `depth` cycles.
-//! Stalls: request or result link full stalls the whole pipeline (output full); all rays waiting (starved).
+//! Timing: a step every `initiation_interval` cycles, out after `depth`; a ray alone steps every
+//! max(depth, initiation_interval) cycles.
+//! Stalls: request or result link full stalls the whole pipeline (output full); a ray is ready within the interval
+//! (resource); all rays waiting (starved).
 //! Source: 1990-92 board papers (CTUs feed one ICU); contexts and timing ASSUMED. The occupancy bit of every cell is
 //! ASSUMED to be on the CTU's chip, so that empty cells cost no memory access.
 

@@ -4,7 +4,8 @@
 //! jobs of the command --static: a range per cluster | ideal: first cluster with room--> FetchRequest --> host link
 //! ```
 //! A cluster's room is counted by credits: fetches asked for less descriptors taken by its bundle generator, so the
-//! bus never carries what has no place. One request a cycle. Stalls: host link's queue full (output full).
+//! bus never carries what has no place. One request a cycle. Stalls: host link's queue full (output full), no cluster with
+//! jobs left has room (resource).
 //! Source: static partition (1991 board paper; here of equal bundle counts). Not modelled yet: low-resolution
 //! estimate, pseudo-dynamic rebalance.
 

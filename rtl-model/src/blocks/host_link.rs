@@ -6,7 +6,10 @@
 //! ```
 //! A burst moves at most `burst_bytes` after `arbitration_cycles` of the bus; a beat moves one bus word. An upward
 //! burst starts when a cluster has a full one, a bundle's last entry, or a full FIFO; down and up alternate when both
-//! wait. The bus clock runs beside the board clock by an exact integer accumulator. A test-bench model, not RTL.
+//! wait, by whole descriptors: one longer than a burst keeps its turn, and pays arbitration before each of its bursts.
+//! The bus clock runs beside the board clock by an exact integer accumulator; result FIFOs give an entry a board cycle,
+//! for which a faster bus waits within its burst. A cycle without a bus edge in which something waits is a stall (bus).
+//! A test-bench model, not RTL.
 //! Timing is ASSUMED (SBus of a workstation of the time). Not modelled: other masters on the bus.
 
 use crate::sim::{Activity, Cause, Cycle, Fifo, next_set_bit};
@@ -31,12 +34,27 @@ impl HostPort {
     pub fn new(commands: u32, entries: u32) -> Self {
         HostPort { commands: Fifo::new(commands), entries: Fifo::new(entries), ends: Fifo::new(entries) }
     }
+
+    /// True when nothing is queued.
+    pub fn is_quiet(&self) -> bool {
+        self.commands.is_empty() && self.entries.is_empty() && self.ends.is_empty()
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Transfer {
-    Down { request: FetchRequest, bytes_left: u32, burst_left: u32 },
-    Up { cluster: usize, entries_left: u32, entry: ResultEntry, beats_left: u32 },
+    Down {
+        request: FetchRequest,
+        bytes_left: u32,
+        burst_left: u32,
+    },
+    /// `entry` is `None` while the FIFO has none to give in this board cycle.
+    Up {
+        cluster: usize,
+        entries_left: u32,
+        entry: Option<ResultEntry>,
+        beats_left: u32,
+    },
 }
 
 /// The block.
@@ -118,6 +136,7 @@ impl HostLink {
         }
         let mut activity = Activity::Idle;
         self.phase_hz += self.bus_hz;
+        let has_edge = self.phase_hz >= self.board_hz;
         while self.phase_hz >= self.board_hz {
             self.phase_hz -= self.board_hz;
             match self.bus_cycle(now, &mut io) {
@@ -127,8 +146,11 @@ impl HostLink {
                 _ => {}
             }
         }
-        if activity == Activity::Idle && self.transfer.is_some() {
-            return Activity::Stall(Cause::Bus);
+        if !has_edge {
+            let waits = self.transfer.is_some()
+                || io.fetches.front(now).is_some()
+                || self.sending(now, io.clusters) != 0;
+            return if waits { Activity::Stall(Cause::Bus) } else { Activity::Idle };
         }
         activity
     }
@@ -144,28 +166,37 @@ impl HostLink {
             self.arbitration_left -= 1;
             return Activity::Stall(Cause::Bus);
         }
-        if self.beat(now, io) { Activity::Work } else { Activity::Stall(Cause::OutputFull) }
+        self.beat(now, io)
     }
 
-    /// Starts a burst.
-    fn grant(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) {
-        let burst_entries = (self.burst_bytes / self.entry_bytes).max(1);
+    fn burst_entries(&self) -> u32 {
+        (self.burst_bytes / self.entry_bytes).max(1)
+    }
+
+    /// The clusters whose results may start a burst, a bit each.
+    fn sending(&self, now: Cycle, clusters: &[HostPort]) -> u64 {
+        let burst_entries = self.burst_entries();
         let mut sending = 0u64;
-        for (c, port) in io.clusters.iter().enumerate() {
+        for (c, port) in clusters.iter().enumerate() {
             let len = port.entries.len(now);
             let flush = port.ends.front(now).is_some() || len == port.entries.depth();
             sending |=
                 u64::from(len > 0 && port.entries.front(now).is_some() && (flush || len >= burst_entries))
                     << c;
         }
-        let up = next_set_bit(sending, self.turn);
+        sending
+    }
+
+    /// Starts a burst.
+    fn grant(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) {
+        let up = next_set_bit(self.sending(now, io.clusters), self.turn);
         let down = io.fetches.front(now).is_some();
         match up {
             Some(cluster) if !(down && self.last_was_up) => {
                 self.turn = cluster + 1;
                 let cluster = cluster as usize;
-                let entries_left = burst_entries.min(io.clusters[cluster].entries.len(now));
-                let Some(entry) = self.take_entry(now, &mut io.clusters[cluster]) else { return };
+                let entries_left = self.burst_entries().min(io.clusters[cluster].entries.len(now));
+                let entry = self.take_entry(now, &mut io.clusters[cluster]);
                 let beats_left = self.beats_per_entry();
                 self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
                 self.last_was_up = true;
@@ -192,9 +223,9 @@ impl HostLink {
         Some(entry)
     }
 
-    /// Moves one bus word; false when the last word of a descriptor finds its link taken in this cycle, as can happen
-    /// with a bus faster than the board.
-    fn beat(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> bool {
+    /// Moves one bus word. With a bus faster than the board it stalls when the last word of a descriptor finds its link
+    /// taken in this cycle (output full), and when the next result comes in the next board cycle only (bus).
+    fn beat(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> Activity {
         match self.transfer.take() {
             None => {}
             Some(Transfer::Down { request, bytes_left, burst_left })
@@ -202,7 +233,7 @@ impl HostLink {
                     && !io.clusters[request.cluster as usize].commands.can_push(now) =>
             {
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
-                return false;
+                return Activity::Stall(Cause::OutputFull);
             }
             Some(Transfer::Down { request, bytes_left, burst_left }) => {
                 let moved = self.word_bytes.min(bytes_left);
@@ -210,7 +241,7 @@ impl HostLink {
                 let (bytes_left, burst_left) = (bytes_left - moved, burst_left - self.word_bytes);
                 if bytes_left == 0 {
                     io.clusters[request.cluster as usize].commands.push(now, request.job);
-                    return true;
+                    return Activity::Work;
                 }
                 let burst_left = if burst_left == 0 {
                     self.arbitration_left = self.arbitration_cycles;
@@ -221,25 +252,27 @@ impl HostLink {
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
             }
             Some(Transfer::Up { cluster, entries_left, entry, beats_left }) => {
+                let Some(entry) = entry.or_else(|| self.take_entry(now, &mut io.clusters[cluster])) else {
+                    self.transfer = Some(Transfer::Up { cluster, entries_left, entry: None, beats_left });
+                    return Activity::Stall(Cause::Bus);
+                };
                 if beats_left > 1 {
-                    self.transfer =
-                        Some(Transfer::Up { cluster, entries_left, entry, beats_left: beats_left - 1 });
-                    return true;
+                    let (entry, beats_left) = (Some(entry), beats_left - 1);
+                    self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
+                    return Activity::Work;
                 }
                 self.up_bytes += u64::from(self.entry_bytes);
                 io.delivered.push(entry);
-                if entries_left > 1
-                    && let Some(entry) = self.take_entry(now, &mut io.clusters[cluster])
-                {
+                if entries_left > 1 {
                     self.transfer = Some(Transfer::Up {
                         cluster,
                         entries_left: entries_left - 1,
-                        entry,
+                        entry: self.take_entry(now, &mut io.clusters[cluster]),
                         beats_left: self.beats_per_entry(),
                     });
                 }
             }
         }
-        true
+        Activity::Work
     }
 }

@@ -3,7 +3,9 @@
 //! ```text
 //! TestToken (ray context, patch record) --> [ pipeline, depth cycles ] --> TestResult
 //! ```
-//! The arithmetic is `datapath::ray_patch`, whatever the timing. Stalls as a whole when the result FIFO is full.
+//! The arithmetic is `datapath::ray_patch`, whatever the timing. Stalls as a whole when the result FIFO is full (output
+//! full). The unit works in the `initiation_interval` cycles from each test on, whether a token waits or not; beyond
+//! them it is starved while a test is inside and idle with none.
 //! Source: the ICU of the 1990-92 board papers; depth and interval ASSUMED (a fully pipelined fixed-point unit).
 
 use crate::datapath::ray_patch::intersect;
@@ -53,7 +55,7 @@ impl Icu {
     pub fn tick(&mut self, now: Cycle, io: IcuIo<'_>) -> Activity {
         if self.pipe.is_empty() && io.tests.front(now).is_none() {
             self.cooldown = self.cooldown.saturating_sub(1);
-            return Activity::Idle;
+            return if self.cooldown > 0 { Activity::Work } else { Activity::Idle };
         }
         if let Some(&result) = self.pipe.head() {
             if !io.results.can_push(now) {
@@ -64,7 +66,6 @@ impl Icu {
         self.cooldown = self.cooldown.saturating_sub(1);
         if self.cooldown > 0 {
             self.pipe.step(None);
-            // Full speed at the given interval: the unit itself is busy.
             return Activity::Work;
         }
         let input = io.tests.pop(now).map(|TestToken { context, patch, fresh }| {
