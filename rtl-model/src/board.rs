@@ -397,7 +397,7 @@ impl Board {
 
     #[cfg(test)]
     pub(crate) fn permute_ticks(&mut self, seed: u64) {
-        self.reversed = seed % 2000 != 0;
+        self.reversed = !seed.is_multiple_of(2000);
         for (c, cluster) in (0..).zip(&mut self.clusters) {
             cluster.permute(seed + c);
         }

@@ -276,3 +276,80 @@ impl HostLink {
         Activity::Work
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn link(bus_mhz: f64, arbitration_cycles: u32, burst_bytes: u32) -> HostLink {
+        let mut spec = BoardSpec::default();
+        spec.bus.clock_mhz = bus_mhz;
+        spec.bus.arbitration_cycles = arbitration_cycles;
+        spec.bus.burst_bytes = burst_bytes;
+        spec.bus.dma_setup_cycles = 0;
+        let mut link = HostLink::new(&spec);
+        link.start(8);
+        link
+    }
+
+    /// Activities from cycle 100 on, of a link that fetches one descriptor.
+    fn fetch(mut link: HostLink, bytes: u32, cycles: u64) -> Vec<Activity> {
+        let mut fetches = Fifo::new(2);
+        let job = Job { bytes, ..Job::default() };
+        fetches.push(0, FetchRequest { cluster: 0, job });
+        let mut clusters = vec![HostPort::new(2, 2)];
+        let mut delivered = Vec::new();
+        let activities = (100..100 + cycles)
+            .map(|now| {
+                let (fetches, clusters, delivered) = (&mut fetches, &mut clusters[..], &mut delivered);
+                link.tick(now, HostLinkIo { fetches, clusters, delivered })
+            })
+            .collect();
+        assert_eq!(clusters[0].commands.pop(100 + cycles), Some(job));
+        assert_eq!(link.bytes(), [u64::from(bytes), 0]);
+        activities
+    }
+
+    #[test]
+    fn host_link_on_a_10_mhz_bus_moves_a_beat_each_two_and_a_half_cycles_of_a_25_mhz_board() {
+        let activities = fetch(link(10.0, 0, 1024), 400, 260);
+        let works = (0..260).filter(|i| activities[*i] == Activity::Work).collect::<Vec<_>>();
+        assert_eq!(works.len(), 100);
+        assert_eq!(works[99], 249, "100 beats in 250 cycles");
+        assert!(works.windows(3).all(|w| w[2] - w[0] == 5 && (2..=3).contains(&(w[1] - w[0]))), "{works:?}");
+        // Between the beats, and before the first, the bus is waited for.
+        assert!(activities[..250].iter().all(|a| matches!(a, Activity::Work | Activity::Stall(Cause::Bus))));
+        assert!(activities[250..].iter().all(|a| *a == Activity::Idle));
+    }
+
+    #[test]
+    fn host_link_descriptor_of_three_bursts_pays_arbitration_three_times() {
+        let activities = fetch(link(25.0, 4, 64), 160, 60);
+        let works = activities.iter().filter(|a| **a == Activity::Work).count();
+        let waits = activities.iter().filter(|a| **a == Activity::Stall(Cause::Bus)).count();
+        assert_eq!((works, waits), (40, 3 * 4));
+        assert!(activities[52..].iter().all(|a| *a == Activity::Idle));
+    }
+
+    #[test]
+    fn host_link_faster_than_the_board_keeps_its_upward_burst_and_takes_an_entry_a_cycle() {
+        let mut link = link(100.0, 4, 64);
+        let mut clusters = vec![HostPort::new(2, 8)];
+        for ray in 0..8 {
+            let entry = ResultEntry::Nearest { ray, hit: None, last: ray == 7 };
+            clusters[0].entries.push(u64::from(ray), entry);
+        }
+        clusters[0].ends.push(7, ());
+        let (mut fetches, mut delivered) = (Fifo::new(2), Vec::new());
+        let counts: Vec<usize> = (8..17)
+            .map(|now| {
+                let (fetches, clusters) = (&mut fetches, &mut clusters[..]);
+                link.tick(now, HostLinkIo { fetches, clusters, delivered: &mut delivered });
+                delivered.len()
+            })
+            .collect();
+        // Four bus cycles of arbitration, once; two beats an entry, of which the first was taken with the grant.
+        assert_eq!(counts, [0, 2, 3, 4, 5, 6, 7, 8, 8]);
+        assert!(link.is_quiet() && clusters[0].is_quiet());
+    }
+}

@@ -149,3 +149,71 @@ fn deliver(now: Cycle, fill: Fill, wires: &mut [Wire<Line>]) {
         left &= left - 1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A buffer, its one cache's request FIFO and wire, and its DRAM link.
+    struct Bench {
+        buffer: ClusterBuffer,
+        requests: Vec<Fifo<Line>>,
+        fills: Vec<Wire<Line>>,
+        dram_request: Fifo<Line>,
+        dram_response: Fifo<Line>,
+    }
+
+    impl Bench {
+        fn new(cycles: u32, miss_registers: u32) -> Bench {
+            Bench {
+                buffer: ClusterBuffer::new(1024, 2, cycles, miss_registers),
+                requests: vec![Fifo::new(8)],
+                fills: vec![Wire::new()],
+                dram_request: Fifo::new(2),
+                dram_response: Fifo::new(2),
+            }
+        }
+
+        fn tick(&mut self, now: Cycle) -> Activity {
+            let io = ClusterBufferIo {
+                requests: &mut self.requests,
+                fills: &mut self.fills,
+                dram_request: &mut self.dram_request,
+                dram_response: &mut self.dram_response,
+            };
+            self.buffer.tick(now, io)
+        }
+    }
+
+    #[test]
+    fn cluster_buffer_hit_is_not_out_at_cycles_minus_one_and_out_at_cycles() {
+        for cycles in [1, 2, 3, 10] {
+            let mut bench = Bench::new(cycles, 1);
+            bench.buffer.cache.install(Line(5));
+            bench.requests[0].push(0, Line(5));
+            let mut seen = Vec::new();
+            for now in 0..30 {
+                bench.tick(now);
+                // What is put on the wire in a cycle is seen in the next.
+                seen.extend(bench.fills[0].get(now + 1).map(|line| (now, line)));
+            }
+            assert_eq!(seen, [(1 + u64::from(cycles), Line(5))], "looked up in cycle 1");
+            assert_eq!(bench.buffer.traffic(), Traffic { accesses: 1, misses: 0, lines: 0 });
+            assert!(bench.buffer.is_quiet());
+        }
+    }
+
+    #[test]
+    fn cluster_buffer_stall_is_named_after_what_is_full() {
+        let stall = |miss_registers| {
+            let mut bench = Bench::new(1, miss_registers);
+            for line in 0..4 {
+                bench.requests[0].push(u64::from(line), Line(line));
+            }
+            // Nobody takes from the DRAM link of 2 entries.
+            (10..20).map(|now| bench.tick(now)).last()
+        };
+        assert_eq!(stall(4), Some(Activity::Stall(Cause::OutputFull)));
+        assert_eq!(stall(1), Some(Activity::Stall(Cause::Resource)));
+    }
+}
