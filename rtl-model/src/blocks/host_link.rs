@@ -297,7 +297,7 @@ mod tests {
         let mut fetches = Fifo::new(2);
         let job = Job { bytes, ..Job::default() };
         fetches.push(0, FetchRequest { cluster: 0, job });
-        let mut clusters = vec![HostPort::new(2, 2)];
+        let mut clusters = [HostPort::new(2, 2)];
         let mut delivered = Vec::new();
         let activities = (100..100 + cycles)
             .map(|now| {
@@ -334,7 +334,7 @@ mod tests {
     #[test]
     fn host_link_faster_than_the_board_keeps_its_upward_burst_and_takes_an_entry_a_cycle() {
         let mut link = link(100.0, 4, 64);
-        let mut clusters = vec![HostPort::new(2, 8)];
+        let mut clusters = [HostPort::new(2, 8)];
         for ray in 0..8 {
             let entry = ResultEntry::Nearest { ray, hit: None, last: ray == 7 };
             clusters[0].entries.push(u64::from(ray), entry);
