@@ -11,17 +11,14 @@ use crate::blocks::{
     Cluster, ClusterIo, Dispatcher, DispatcherIo, HostLink, HostLinkIo, HostPort, Job, ResultEntry,
 };
 use crate::datapath::bundle::{BundleError, BundleWords};
-use crate::datapath::{HitWords, RayWords};
+use crate::datapath::{HitWords, RayError, RayWords};
 use crate::functional::CanonicalCounters;
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::packet;
+use crate::packet::{self, MAX_BUNDLE_RAYS};
 use crate::sim::{Accounts, Activity, Cycle, Fifo};
-use crate::spec::{BoardSpec, SpecError};
+use crate::spec::{BoardSpec, MemoryLevels, SpecError};
 use crate::statistics::{BoardStatistics, LevelStatistics};
-
-/// Rays of a bundle, and of a chunk of explicit rays.
-pub const MAX_JOB_RAYS: usize = 64;
 
 /// The blocks outside the clusters, by the index of their account.
 const SHARED_BLOCKS: [&str; 3] = ["host_link", "dispatcher", "dram"];
@@ -65,10 +62,18 @@ pub enum BoardError {
         /// Why.
         source: BundleError,
     },
+    /// An explicit ray is unusable.
+    #[error("ray {index}: {source}")]
+    Ray {
+        /// Which ray.
+        index: usize,
+        /// Why.
+        source: RayError,
+    },
     /// Over 2^32 rays in a command.
     #[error("{0} rays in one command; at most 2^32 - 1 are possible")]
     TooManyRays(usize),
-    /// No progress for too many cycles.
+    /// No progress for too many cycles; the board gives this answer to every later command too.
     #[error("no progress for {cycles} cycles; last causes: {causes}")]
     Watchdog {
         /// How long.
@@ -84,6 +89,8 @@ pub struct Board {
     spec: BoardSpec,
     image: MemoryImage,
     now: Cycle,
+    /// After a watchdog tokens are stuck inside: cycles and causes, the answer to every later command.
+    given_up: Option<(u64, String)>,
     /// Cycles that passed on the host's side of an interrupt.
     interrupt_cycles: u64,
     counters: CanonicalCounters,
@@ -96,6 +103,8 @@ pub struct Board {
     dram: Dram,
     /// Of the blocks in [`SHARED_BLOCKS`].
     accounts: Accounts,
+    #[cfg(test)]
+    reversed: bool,
 }
 
 /// A command while it runs.
@@ -138,9 +147,12 @@ impl Board {
                 dram.row_miss_cycles,
             ),
             accounts: Accounts::new(SHARED_BLOCKS.len()),
+            #[cfg(test)]
+            reversed: false,
             spec: spec.clone(),
             image,
             now: 0,
+            given_up: None,
             interrupt_cycles: 0,
             counters: CanonicalCounters::default(),
         })
@@ -149,7 +161,7 @@ impl Board {
     /// Nearest hits, in ray order. The board starts and ends empty; its caches keep their lines.
     ///
     /// # Errors
-    /// An unusable descriptor, or a watchdog.
+    /// An unusable descriptor or ray, or a watchdog, be it of an earlier command.
     pub fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
         let command = self.run(work, false)?;
         let mut hits = vec![None; command.n_rays];
@@ -180,6 +192,9 @@ impl Board {
 
     /// Runs a command to its end.
     fn run<'a>(&mut self, work: Work<'a>, any_hit: bool) -> Result<Command<'a>, BoardError> {
+        if let Some((cycles, causes)) = &self.given_up {
+            return Err(BoardError::Watchdog { cycles: *cycles, causes: causes.clone() });
+        }
         let (jobs, n_rays) = self.jobs(work)?;
         let mut command = Command { work, any_hit, jobs, n_rays, delivered: Vec::new() };
         if n_rays == 0 {
@@ -197,7 +212,9 @@ impl Board {
             if self.tick(&mut command) {
                 last_progress = self.now;
             } else if self.now - last_progress > self.spec.watchdog_cycles {
-                return Err(self.watchdog(self.now - last_progress));
+                let (cycles, causes) = (self.now - last_progress, self.latest_causes());
+                self.given_up = Some((cycles, causes.clone()));
+                return Err(BoardError::Watchdog { cycles, causes });
             }
             self.commit();
         }
@@ -209,42 +226,63 @@ impl Board {
         Ok(command)
     }
 
-    /// One cycle of every block; true when any of them worked.
+    /// One cycle of every block, in whatever order; true when any of them worked.
     #[inline]
     fn tick(&mut self, command: &mut Command<'_>) -> bool {
-        let dispatched = self.dispatcher.tick(
-            self.now,
-            DispatcherIo { jobs: &command.jobs, clusters: &self.host_ports, fetches: &mut self.fetches },
-        );
-        self.accounts.record(DISPATCHER, dispatched, false);
-        let mut worked = dispatched == Activity::Work;
-        for ((cluster, host), dram) in
-            self.clusters.iter_mut().zip(&mut self.host_ports).zip(&mut self.dram_ports)
-        {
-            worked |= cluster.tick(
-                self.now,
-                ClusterIo {
-                    work: command.work,
-                    any_hit: command.any_hit,
-                    image: &self.image,
-                    host,
-                    dram,
-                    counters: &mut self.counters,
-                },
-            );
+        #[cfg(test)]
+        if self.reversed {
+            let mut worked = self.tick_dram() | self.tick_host_link(command);
+            for c in (0..self.clusters.len()).rev() {
+                worked |= self.tick_cluster(c, command);
+            }
+            return worked | self.tick_dispatcher(command);
         }
-        let moved = self.host_link.tick(
-            self.now,
-            HostLinkIo {
-                fetches: &mut self.fetches,
-                clusters: &mut self.host_ports,
-                delivered: &mut command.delivered,
-            },
-        );
-        self.accounts.record(HOST_LINK, moved, true);
-        let read = self.dram.tick(self.now, DramIo { ports: &mut self.dram_ports });
-        self.accounts.record(DRAM, read, true);
-        worked | (moved == Activity::Work) | (read == Activity::Work)
+        let mut worked = self.tick_dispatcher(command);
+        for c in 0..self.clusters.len() {
+            worked |= self.tick_cluster(c, command);
+        }
+        worked |= self.tick_host_link(command);
+        worked | self.tick_dram()
+    }
+
+    #[inline]
+    fn tick_dispatcher(&mut self, command: &Command<'_>) -> bool {
+        let io = DispatcherIo { jobs: &command.jobs, clusters: &self.host_ports, fetches: &mut self.fetches };
+        let activity = self.dispatcher.tick(self.now, io);
+        self.accounts.record(DISPATCHER, activity, false);
+        activity == Activity::Work
+    }
+
+    #[inline]
+    fn tick_cluster(&mut self, c: usize, command: &Command<'_>) -> bool {
+        let io = ClusterIo {
+            work: command.work,
+            any_hit: command.any_hit,
+            image: &self.image,
+            host: &mut self.host_ports[c],
+            dram: &mut self.dram_ports[c],
+            counters: &mut self.counters,
+        };
+        self.clusters[c].tick(self.now, io)
+    }
+
+    #[inline]
+    fn tick_host_link(&mut self, command: &mut Command<'_>) -> bool {
+        let io = HostLinkIo {
+            fetches: &mut self.fetches,
+            clusters: &mut self.host_ports,
+            delivered: &mut command.delivered,
+        };
+        let activity = self.host_link.tick(self.now, io);
+        self.accounts.record(HOST_LINK, activity, true);
+        activity == Activity::Work
+    }
+
+    #[inline]
+    fn tick_dram(&mut self) -> bool {
+        let activity = self.dram.tick(self.now, DramIo { ports: &mut self.dram_ports });
+        self.accounts.record(DRAM, activity, true);
+        activity == Activity::Work
     }
 
     /// The clock edge.
@@ -256,7 +294,7 @@ impl Board {
 
     /// Bytes of one entry on its way up: a hit record, or the hit bits of a bundle.
     fn entry_bytes(&self, any_hit: bool) -> u32 {
-        if any_hit { packet::any_hit_bytes(MAX_JOB_RAYS) } else { packet::hit_bytes(&self.spec.formats) }
+        if any_hit { packet::any_hit_bytes(MAX_BUNDLE_RAYS) } else { packet::hit_bytes(&self.spec.formats) }
     }
 
     /// Cuts the work into jobs.
@@ -270,7 +308,10 @@ impl Board {
         };
         match work {
             Work::Rays(rays) => {
-                for chunk in rays.chunks(MAX_JOB_RAYS) {
+                for (index, ray) in rays.iter().enumerate() {
+                    ray.validate(formats).map_err(|source| BoardError::Ray { index, source })?;
+                }
+                for chunk in rays.chunks(MAX_BUNDLE_RAYS) {
                     push(chunk.len(), chunk.len() as u32 * packet::ray_bytes(formats));
                 }
             }
@@ -287,12 +328,13 @@ impl Board {
         Ok((jobs, n_rays))
     }
 
-    fn watchdog(&self, cycles: u64) -> BoardError {
+    /// Every block with its latest activity.
+    fn latest_causes(&self) -> String {
         let shared = SHARED_BLOCKS.iter().enumerate();
         let mut causes: Vec<String> =
             shared.map(|(i, name)| format!("{name} {}", self.accounts.latest(i))).collect();
         causes.extend(self.clusters.iter().enumerate().flat_map(|(c, cluster)| cluster.latest_activities(c)));
-        BoardError::Watchdog { cycles, causes: causes.join(", ") }
+        causes.join(", ")
     }
 
     /// True when no token is anywhere on the board.
@@ -300,7 +342,7 @@ impl Board {
         self.dispatcher.is_quiet()
             && self.fetches.is_empty()
             && self.host_link.is_quiet()
-            && self.host_ports.iter().all(|p| p.commands.is_empty() && p.entries.is_empty())
+            && self.host_ports.iter().all(HostPort::is_quiet)
             && self.clusters.iter().all(|c| c.is_quiet(self.now))
             && self.dram_ports.iter().all(|p| p.requests.is_empty() && p.responses.is_empty())
             && self.dram.is_quiet()
@@ -311,18 +353,22 @@ impl Board {
         let mut levels = [Traffic::default(); 3];
         for cluster in &self.clusters {
             for (sum, traffic) in levels.iter_mut().zip(cluster.traffic()) {
-                sum.accesses += traffic.accesses;
-                sum.misses += traffic.misses;
+                sum.add(traffic);
             }
         }
-        let named = |level: &str, t: Traffic, lines: u64| LevelStatistics {
+        let named = |level: &str, t: Traffic| LevelStatistics {
             level: level.into(),
             accesses: t.accesses,
             misses: t.misses,
-            bytes: lines * u64::from(LINE_BYTES),
+            bytes: t.lines * u64::from(LINE_BYTES),
         };
         let [list, patch, buffer] = levels;
-        let dram = self.dram.traffic();
+        let mut memory = vec![named("patch_cache", patch), named("list_cache", list)];
+        // Without the level the block only passes lines on.
+        if self.spec.memory == MemoryLevels::Hierarchical {
+            memory.push(named("cluster_buffer", buffer));
+        }
+        memory.push(named("dram", self.dram.traffic()));
         let shared = SHARED_BLOCKS.iter().enumerate();
         let mut blocks: Vec<_> = shared.map(|(i, name)| self.accounts.named(i, (*name).into())).collect();
         for (c, cluster) in self.clusters.iter().enumerate() {
@@ -334,12 +380,7 @@ impl Board {
             canonical: self.counters,
             bus_down_bytes,
             bus_up_bytes,
-            memory: vec![
-                named("patch_cache", patch, patch.misses),
-                named("list_cache", list, list.misses),
-                named("cluster_buffer", buffer, buffer.misses),
-                named("dram", dram, dram.accesses),
-            ],
+            memory,
             blocks,
         }
     }
@@ -356,6 +397,7 @@ impl Board {
 
     #[cfg(test)]
     pub(crate) fn permute_ticks(&mut self, seed: u64) {
+        self.reversed = !seed.is_multiple_of(2000);
         for (c, cluster) in (0..).zip(&mut self.clusters) {
             cluster.permute(seed + c);
         }

@@ -4,10 +4,13 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::datapath::PatchWords;
+use crate::datapath::test_support::{formats, widths};
 use crate::fixed::Formats;
 use crate::functional;
 use crate::sim::Cause;
-use crate::spec::{CacheSpec, ClusterBufferSpec, MemoryLevels, Scheduling};
+use crate::spec::{
+    ClusterBufferSpec, ClusterSpec, DramSpec, ListCacheSpec, MemoryLevels, PatchCacheSpec, Scheduling,
+};
 
 /// A small deterministic generator: 31 random bits a call.
 struct Random(u64);
@@ -53,11 +56,11 @@ fn random_patches(random: &mut Random, formats: &Formats, n: u32) -> Vec<PatchWo
         .collect()
 }
 
-fn random_bundles(random: &mut Random, formats: &Formats, n: usize) -> Vec<BundleWords> {
+fn random_bundles(random: &mut Random, formats: &Formats, n: usize, most_rays: i64) -> Vec<BundleWords> {
     (0..n)
         .map(|_| {
             let apex = random.point(formats.coord_frac_bits);
-            let n_points = 1 + random.below(20) as usize;
+            let n_points = 1 + random.below(most_rays) as usize;
             BundleWords::Targets {
                 apex,
                 points: (0..n_points).map(|_| random.point(formats.coord_frac_bits)).collect(),
@@ -75,10 +78,11 @@ fn rays_of(formats: &Formats, bundles: &[BundleWords]) -> Vec<RayWords> {
 fn any_spec() -> impl Strategy<Value = BoardSpec> {
     let structure = (1u32..5, 1u32..4, 1u32..5, 1u32..4, 1u32..9);
     let timing = (1u32..4, 1u32..7, 1u32..3, 1u32..30);
-    let fifos = (1u32..6, 1u32..6, 1u32..6, 1u32..4);
+    let fifos = (1u32..6, 1u32..6, 1u32..41, 1u32..4);
     let memory = (0u32..3, 0u32..5, 0u32..5, 1u32..4, 0u32..2, 1u32..5);
-    let bus = (0u32..4, 0u32..3, 0u32..6);
-    (structure, timing, fifos, memory, bus).prop_map(|(s, t, f, m, b)| {
+    let bus = (0u32..4, 0u32..3, 0u32..6, 0u32..4);
+    let dram = (3u32..10, 1u32..6, 1u32..20, 0u32..9, 0u32..9);
+    (structure, timing, fifos, memory, bus, dram, widths()).prop_map(|(s, t, f, m, b, d, w)| {
         let mut spec = BoardSpec {
             scheduling: [Scheduling::Static, Scheduling::Ideal][m.4 as usize],
             ..BoardSpec::default()
@@ -98,14 +102,21 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
         spec.fifos.commands = f.3;
         spec.memory = [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical][m.0 as usize];
         let bytes = |log: u32| if log == 0 { 0 } else { 64 << log };
-        spec.patch_cache = CacheSpec { bytes: bytes(m.1), ways: 2, miss_registers: m.3 };
-        spec.list_cache = CacheSpec { bytes: bytes(m.2), ways: 1, miss_registers: m.3 };
+        spec.patch_cache = PatchCacheSpec { bytes: bytes(m.1), ways: 2, miss_registers: m.3 };
+        spec.list_cache = ListCacheSpec { bytes: bytes(m.2), ways: 1, miss_registers: m.3 };
         spec.cluster_buffer =
             ClusterBufferSpec { bytes: bytes(m.1 + 1), ways: 2, cycles: m.5, miss_registers: m.3 };
         spec.loader.slots = m.5;
         spec.bus.clock_mhz = [10.0, 25.0, 66.0, 2000.0][b.0 as usize];
         spec.bus.width_bits = [8, 32, 128][b.1 as usize];
         spec.bus.arbitration_cycles = b.2;
+        spec.bus.burst_bytes = [16, 32, 64, 256][b.3 as usize];
+        spec.dram.width_bits = 1 << d.0;
+        spec.dram.banks = d.1;
+        spec.dram.row_bytes = 64 * d.2;
+        spec.dram.row_hit_cycles = d.3;
+        spec.dram.row_miss_cycles = d.4;
+        spec.formats = formats(w.0, w.1, w.2);
         spec
     })
 }
@@ -115,7 +126,8 @@ fn assert_board_equals_functional(spec: &BoardSpec, seed: u64) -> Result<(), Tes
     let n_patches = 1 + random.below(60) as u32;
     let patches = random_patches(&mut random, &spec.formats, n_patches);
     let image = MemoryImage::build(&spec.formats, &patches, Some(1 + random.below(4) as u32));
-    let bundles = random_bundles(&mut random, &spec.formats, 6);
+    let (n_bundles, most_rays) = [(6, 20), (2, 64)][random.below(2) as usize];
+    let bundles = random_bundles(&mut random, &spec.formats, n_bundles, most_rays);
     let rays = rays_of(&spec.formats, &bundles);
     prop_assert!(!rays.is_empty());
     let mut board = Board::new(spec, image.clone()).unwrap();
@@ -150,6 +162,15 @@ fn assert_board_equals_functional(spec: &BoardSpec, seed: u64) -> Result<(), Tes
             hits: traces.iter().filter(|t| t.hit.is_some()).count() as u64,
         };
         prop_assert_eq!(counted.canonical, expected);
+        let level = |name: &str| counted.memory.iter().find(|l| l.level == name);
+        let (patch, list) = (level("patch_cache").unwrap(), level("list_cache").unwrap());
+        let dram = level("dram").unwrap();
+        prop_assert!(before.cycles > 0 || dram.bytes > 0 || counted.canonical.tests == 0, "cold caches");
+        prop_assert_eq!(level("cluster_buffer").is_some(), spec.memory == MemoryLevels::Hierarchical);
+        if let Some(buffer) = level("cluster_buffer") {
+            prop_assert_eq!(buffer.bytes, dram.bytes);
+            prop_assert_eq!(buffer.accesses * 64, patch.bytes + list.bytes);
+        }
         prop_assert!(counted.cycles > 0 && !counted.blocks.is_empty());
         for block in &counted.blocks {
             prop_assert_eq!(block.total(), counted.cycles, "account of {} is not closed", &block.block);
@@ -178,10 +199,28 @@ fn board_of_ten_thousand_random_timings_equals_functional() {
         .unwrap();
 }
 
+/// The largest board that its ranges allow, at the shortest latencies, with the widest result records.
+#[test]
+fn board_at_the_limits_of_its_specification_equals_functional() {
+    let mut spec = BoardSpec { formats: formats(28, 28, 32), ..BoardSpec::default() };
+    spec.clusters = ClusterSpec { count: 16, modules: 4, ctus_per_icu: 16, bundle_slots: 16 };
+    spec.ctu.contexts = 64;
+    spec.loader.slots = 32;
+    spec.patch_cache.miss_registers = 16;
+    spec.list_cache.miss_registers = 16;
+    spec.cluster_buffer = ClusterBufferSpec { bytes: 0, ways: 16, cycles: 1, miss_registers: 64 };
+    spec.dram = DramSpec { width_bits: 512, row_hit_cycles: 0, row_miss_cycles: 0, ..spec.dram };
+    spec.bus.clock_mhz = 1000.0 * spec.clock_mhz;
+    spec.bus.arbitration_cycles = 0;
+    for seed in 0..2 {
+        assert_board_equals_functional(&spec, seed).unwrap();
+    }
+}
+
 fn small_scene(spec: &BoardSpec) -> (MemoryImage, Vec<BundleWords>) {
     let mut random = Random(7);
     let patches = random_patches(&mut random, &spec.formats, 50);
-    (MemoryImage::build(&spec.formats, &patches, Some(3)), random_bundles(&mut random, &spec.formats, 30))
+    (MemoryImage::build(&spec.formats, &patches, Some(3)), random_bundles(&mut random, &spec.formats, 30, 20))
 }
 
 #[test]
@@ -233,6 +272,48 @@ fn board_refuses_an_image_of_other_formats() {
     assert!(matches!(Board::new(&other, image), Err(BoardError::Formats)));
 }
 
+#[test]
+fn board_refuses_a_ray_outside_its_words_with_index_value_and_limit() {
+    let spec = BoardSpec::default();
+    let (image, _) = small_scene(&spec);
+    let mut board = Board::new(&spec, image).unwrap();
+    let one = 1 << 24; // F = D = T = 24
+    let good = RayWords { origin: [-one, 0, one - 1], dir: [one - 1, 1 - one, 0], t_max: 4 << 24 };
+    let cases = [
+        (RayWords { origin: [0, one, 0], ..good }, "ray 1: origin = 16777216; -16777216 to 16777215"),
+        (RayWords { origin: [0, 0, -one - 1], ..good }, "ray 1: origin = -16777217; -16777216 to 16777215"),
+        (RayWords { dir: [-one, 1, 1], ..good }, "ray 1: dir = -16777216; -16777215 to 16777215"),
+        (RayWords { dir: [0; 3], ..good }, "ray 1: dir = [0, 0, 0]"),
+        (RayWords { t_max: (4 << 24) + 1, ..good }, "ray 1: t_max = 67108865; 0 to 67108864"),
+        (RayWords { t_max: u64::MAX, ..good }, "ray 1: t_max = 18446744073709551615; 0 to 67108864"),
+    ];
+    for (bad, expected) in cases {
+        let message = board.trace_nearest(Work::Rays(&[good, bad])).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    assert_eq!(board.statistics().cycles, 0, "a refused command takes no cycle");
+    assert_eq!(board.trace_nearest(Work::Rays(&[good])).unwrap().len(), 1);
+}
+
+#[test]
+fn board_after_a_watchdog_has_named_every_block_and_takes_no_more_commands() {
+    let spec = BoardSpec::default();
+    let (image, bundles) = small_scene(&spec);
+    let mut board = Board::new(&spec, image).unwrap();
+    board.spec.watchdog_cycles = 10; // less than the DMA's set-up, as no valid specification has it
+    let message = board.trace_nearest(Work::Bundles(&bundles)).unwrap_err().to_string();
+    assert!(message.starts_with("no progress for 11 cycles"), "{message}");
+    assert!(message.contains("host_link bus"), "{message}");
+    let blocks = board.statistics().blocks;
+    assert_eq!(blocks.len(), 3 + 4 * 10);
+    for block in blocks {
+        assert!(message.contains(&format!("{} ", block.block)), "{} is not in {message}", block.block);
+    }
+    let cycles = board.statistics().cycles;
+    assert_eq!(board.trace_any(Work::Bundles(&bundles)).unwrap_err().to_string(), message);
+    assert_eq!(board.statistics().cycles, cycles);
+}
+
 /// One ray, one patch that fills a cell of a 2 x 2 x 2 grid, minimal board: the cycles that rtl-model/README.md lists.
 #[test]
 fn minimal_board_with_one_ray_and_one_patch_takes_the_cycles_counted_by_hand() {
@@ -254,6 +335,9 @@ fn minimal_board_with_one_ray_and_one_patch_takes_the_cycles_counted_by_hand() {
     let statistics = board.statistics();
     let by_hand: u64 = WORKED_EXAMPLE.iter().map(|(_, cycles)| cycles).sum();
     assert_eq!(statistics.cycles, by_hand);
+    let (rows, total) = readme_worked_example();
+    assert_eq!(rows, WORKED_EXAMPLE.map(|(_, cycles)| cycles), "the README's table");
+    assert_eq!(total, Some(by_hand), "the README's sum");
     for (block, work) in
         [("host_link", 8), ("dram", 48), ("icu", 1), ("reducer", 1), ("ctu0", 2), ("generator", 2)]
     {
@@ -261,6 +345,16 @@ fn minimal_board_with_one_ray_and_one_patch_takes_the_cycles_counted_by_hand() {
         assert_eq!(account.of(Cause::Work), work, "{block}");
     }
     assert_eq!((statistics.bus_down_bytes, statistics.bus_up_bytes), (24, 8));
+}
+
+/// The first column of the README's table: its rows, and the sum in bold.
+fn readme_worked_example() -> (Vec<u64>, Option<u64>) {
+    let readme = include_str!("../README.md");
+    let (_, table) = readme.split_once("|---:|---|---|").unwrap();
+    let first = |row: &'static str| row.strip_prefix('|').and_then(|r| r.split('|').next()).map(str::trim);
+    let column: Vec<_> = table.lines().skip(1).map_while(first).collect();
+    let total = column.iter().find_map(|c| c.strip_prefix("**")?.strip_suffix("**")?.parse().ok());
+    (column.iter().filter_map(|c| c.parse().ok()).collect(), total)
 }
 
 /// Every cycle of the worked example, as rtl-model/README.md lists them.
@@ -288,3 +382,17 @@ const WORKED_EXAMPLE: [(&str, u64); 22] = [
     ("result merge takes it, sends it on; bus arbitration; 8 bytes", 2 + 4 + 2),
     ("interrupt", 500),
 ];
+
+/// The presets' cycles for three commands on one scene: timing changes of a preset are to be seen, not to slip.
+#[test]
+fn presets_on_the_small_scene_take_their_cycles() {
+    for (name, cycles) in [("delft-1992", 15_547), ("minimal", 353_171)] {
+        let spec = BoardSpec::preset(name).unwrap();
+        let (image, bundles) = small_scene(&spec);
+        let mut board = Board::new(&spec, image).unwrap();
+        board.trace_nearest(Work::Bundles(&bundles)).unwrap();
+        board.trace_any(Work::Bundles(&bundles)).unwrap();
+        board.trace_nearest(Work::Rays(&rays_of(&spec.formats, &bundles))).unwrap();
+        assert_eq!(board.statistics().cycles, cycles, "{name}");
+    }
+}

@@ -3,7 +3,7 @@
 //! ```text
 //! patches -> cells that each touches (exact) -> grid side -> lists -> packed words; records are read back from the words
 //! ```
-//! Not modelled: writing the image word by word; the bus model counts its bytes.
+//! Not modelled: loading the image over the bus; neither its bytes nor its cycles are counted.
 
 mod cell_lists;
 mod tri_box;
@@ -11,16 +11,14 @@ mod tri_box;
 use crate::datapath::PatchWords;
 use crate::datapath::cell_step::{Cell, Grid};
 use crate::fixed::{Formats, index, word_count};
+use crate::memory::LINE_WORDS;
 use crate::packet::{CellHeader, PATCH_LINE_WORDS, pack_patch, unpack_patch};
-
-/// Words of a 64-byte line.
-const LINE_WORDS: usize = 16;
 
 /// What the host loads into the patch memory, and where things lie in it.
 ///
 /// ```text
 /// word 0                 header_base             list_base                    patch_base
-/// | occupancy bits       | cell headers, 2 words | patch ids, 1 word each     | patch records, one line each |
+/// | occupancy bits       | cell headers, 2 words | record numbers, 1 word each | patch records, one line each |
 /// ```
 /// Addresses count 32-bit words; cell headers, lists and records start on 64-byte lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,17 +43,21 @@ pub struct MemoryImage {
 
 impl MemoryImage {
     /// Builds the image: `log2_cells` as given (at most min(F, 7)), or chosen for the fewest expected steps and
-    /// tests of a ray, in at most 16 MiB or four times the patches' own size.
+    /// tests of a ray, in at most 16 MiB or four times the patches' own size, if not too large for `max_bytes`
+    /// (the patch memory; a given grid may be larger, which [`crate::board::Board::new`] then refuses).
     ///
     /// List entries are places in `patches`; hits report `PatchWords::id`, so the host gives patch i the id i.
-    pub fn build(formats: &Formats, patches: &[PatchWords], log2_cells: Option<u32>) -> MemoryImage {
-        let lists = cell_lists::CellLists::build(formats, patches, log2_cells);
-        let n_cells = lists.grid.n_cells();
-        let header_base = n_cells.div_ceil(32).next_multiple_of(LINE_WORDS);
-        let list_base = (header_base + 2 * n_cells).next_multiple_of(LINE_WORDS);
-        let patch_base = (list_base + lists.entries.len()).next_multiple_of(LINE_WORDS);
+    pub fn build_within(
+        formats: &Formats,
+        patches: &[PatchWords],
+        log2_cells: Option<u32>,
+        max_bytes: u64,
+    ) -> MemoryImage {
+        let lists = cell_lists::CellLists::build(formats, patches, log2_cells, max_bytes);
+        let Layout { header_base, list_base, patch_base, n_words } =
+            Layout::new(lists.grid.n_cells(), lists.entries.len(), patches.len());
         let line = index(PATCH_LINE_WORDS);
-        let mut words = vec![0; patch_base + line * patches.len()];
+        let mut words = vec![0; n_words];
 
         let mut first = list_base;
         for (cell, count) in lists.counts.iter().enumerate() {
@@ -86,6 +88,11 @@ impl MemoryImage {
         }
     }
 
+    /// [`MemoryImage::build_within`] any number of bytes.
+    pub fn build(formats: &Formats, patches: &[PatchWords], log2_cells: Option<u32>) -> MemoryImage {
+        Self::build_within(formats, patches, log2_cells, u64::MAX)
+    }
+
     /// Size in bytes.
     pub fn size_bytes(&self) -> usize {
         self.words.len() * 4
@@ -112,7 +119,7 @@ impl MemoryImage {
         self.header_base + 2 * word_count(self.grid.index(cell))
     }
 
-    /// The patch id at a list address.
+    /// The record number at a list address.
     #[inline]
     pub fn list_entry(&self, address: u32) -> u32 {
         self.words[index(address)]
@@ -134,6 +141,29 @@ impl MemoryImage {
     #[inline]
     pub fn patch_ref(&self, patch: u32) -> &PatchWords {
         &self.records[index(patch)]
+    }
+}
+
+/// Where things lie, in words.
+struct Layout {
+    header_base: usize,
+    list_base: usize,
+    patch_base: usize,
+    n_words: usize,
+}
+
+impl Layout {
+    fn new(n_cells: usize, n_entries: usize, n_patches: usize) -> Layout {
+        let line = index(LINE_WORDS);
+        let header_base = n_cells.div_ceil(32).next_multiple_of(line);
+        let list_base = (header_base + 2 * n_cells).next_multiple_of(line);
+        let patch_base = (list_base + n_entries).next_multiple_of(line);
+        Layout {
+            header_base,
+            list_base,
+            patch_base,
+            n_words: patch_base + index(PATCH_LINE_WORDS) * n_patches,
+        }
     }
 }
 

@@ -31,7 +31,7 @@ pub struct LevelStatistics {
     pub accesses: u64,
     /// Look-ups that missed (DRAM: row misses).
     pub misses: u64,
-    /// Bytes brought in from the next level (DRAM: read).
+    /// Bytes brought in from the next level (DRAM: read): lines, each of which may serve several misses.
     pub bytes: u64,
 }
 
@@ -97,15 +97,5 @@ impl BoardStatistics {
         let icus = self.blocks.iter().filter(|b| b.block.ends_with(".icu"));
         let (work, total) = icus.fold((0, 0), |(w, t), b| (w + b.of(Cause::Work), t + b.total()));
         if total == 0 { 0.0 } else { work as f64 / total as f64 }
-    }
-
-    /// The block with the largest share of working cycles.
-    pub fn busiest(&self) -> Option<&BlockAccount> {
-        self.blocks.iter().max_by_key(|b| b.of(Cause::Work))
-    }
-
-    /// The block that was stalled longest while it had, or its cluster had, something to do.
-    pub fn most_stalled(&self) -> Option<&BlockAccount> {
-        self.blocks.iter().max_by_key(|b| b.stalled())
     }
 }

@@ -40,7 +40,7 @@ impl FunctionalCaster {
         patches: &[CastPatch],
         extra_points: &[DVec3],
     ) -> Result<FunctionalCaster, CastError> {
-        let (quantizer, image) = quantized::load(formats, grid_log2, patches, extra_points)?;
+        let (quantizer, image) = quantized::load(formats, grid_log2, patches, extra_points, u64::MAX)?;
         let tracer = FunctionalTracer { image, counters: CanonicalCounters::default() };
         Ok(FunctionalCaster { quantizer, tracer })
     }

@@ -27,12 +27,13 @@ const RAYS_PER_BATCH: usize = 1 << 16;
 /// Bundles handed over at once.
 const BUNDLES_PER_BATCH: usize = RAYS_PER_BATCH / super::MAX_BUNDLE_RAYS;
 
-/// The cube of a scene and its patch memory.
+/// The cube of a scene and its patch memory; a grid that is chosen here keeps it within `max_bytes` if it can.
 pub(super) fn load(
     formats: &Formats,
     grid_log2: Option<u32>,
     patches: &[CastPatch],
     extra_points: &[DVec3],
+    max_bytes: u64,
 ) -> Result<(Quantizer, MemoryImage), CastError> {
     let quantizer =
         Quantizer::new(formats, patches, extra_points).map_err(|e| CastError::Board(e.to_string()))?;
@@ -41,7 +42,7 @@ pub(super) fn load(
         let patch = quantizer.patch(id as u32, patch);
         words.push(patch.ok_or_else(|| CastError::Board(format!("patch {id} lies outside the cube")))?);
     }
-    let image = MemoryImage::build(formats, &words, grid_log2);
+    let image = MemoryImage::build_within(formats, &words, grid_log2, max_bytes);
     Ok((quantizer, image))
 }
 

@@ -56,9 +56,8 @@ impl BundleGenerator {
     pub fn tick(&mut self, now: Cycle, io: BundleGeneratorIo<'_>) -> Activity {
         let Some(current) = &mut self.current else {
             let Some(&job) = io.commands.front(now) else { return Activity::Idle };
-            // A start told in the last cycle is not in the merge's state yet.
-            let taken = io.taken_slots | io.started.get(now).map_or(0, |(slot, _)| 1 << slot);
-            let slot = (!taken).trailing_zeros();
+            // A bundle takes two cycles at least, so the merge's state has every start that was told.
+            let slot = (!io.taken_slots).trailing_zeros();
             if slot >= io.n_slots {
                 return Activity::Stall(Cause::Resource);
             }

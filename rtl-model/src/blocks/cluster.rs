@@ -334,8 +334,7 @@ impl Cluster {
         let mut sum = [Traffic::default(), Traffic::default(), self.buffer.traffic()];
         for module in &self.modules {
             for (level, traffic) in module.loader.traffic().into_iter().enumerate() {
-                sum[level].accesses += traffic.accesses;
-                sum[level].misses += traffic.misses;
+                sum[level].add(traffic);
             }
         }
         sum

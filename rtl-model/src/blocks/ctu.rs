@@ -7,8 +7,10 @@
 //! ```
 //! Context states: free, ready, in the pipeline, waiting (list not through, or tests not reduced). A ray enters its
 //! next cell only after every result of the last one is reduced, and a kill acts only there.
-//! Timing: a step every `initiation_interval` cycles, out after `depth`; a ray alone steps every `depth` cycles.
-//! Stalls: request or result link full stalls the whole pipeline (output full); all rays waiting (starved).
+//! Timing: a step every `initiation_interval` cycles, out after `depth`; a ray alone steps every
+//! max(depth, initiation_interval) cycles.
+//! Stalls: request or result link full stalls the whole pipeline (output full); a ray is ready within the interval
+//! (resource); all rays waiting (starved).
 //! Source: 1990-92 board papers (CTUs feed one ICU); contexts and timing ASSUMED. The occupancy bit of every cell is
 //! ASSUMED to be on the CTU's chip, so that empty cells cost no memory access.
 
@@ -263,5 +265,70 @@ impl Context {
         }
         counters.cells += 1;
         if image.is_occupied(self.cell) { Outcome::Request } else { Outcome::Again }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixed::Formats;
+
+    /// Cycles in which steps are made by `n_rays` rays along a row of 8 empty cells, and in which results leave.
+    fn steps_and_results(spec: &CtuSpec, n_rays: u32) -> (Vec<u64>, Vec<u64>) {
+        let formats = Formats::default();
+        let image = MemoryImage::build(&formats, &[], Some(3));
+        let one = 1 << formats.coord_frac_bits;
+        let ray = RayWords { origin: [-one; 3], dir: [one - 1, 0, 0], t_max: formats.t_limit() };
+        let mut ctu = Ctu::new(spec, 0);
+        let (mut rays, mut requests, mut results) = (Fifo::new(32), Fifo::new(2), Fifo::new(2));
+        for index in 0..n_rays as u8 {
+            rays.push(u64::from(index), NewRay { ray, slot: 0, index });
+        }
+        let (list_done, reduced) = (Wires::new(1), Wires::new(1));
+        let mut counters = CanonicalCounters::default();
+        let (mut steps, mut ends) = (Vec::new(), Vec::new());
+        for now in 100..3000 {
+            let io = CtuIo {
+                image: &image,
+                any_hit: false,
+                rays: &mut rays,
+                requests: &mut requests,
+                results: &mut results,
+                list_done: &list_done,
+                reduced: &reduced,
+                counters: &mut counters,
+            };
+            if ctu.tick(now, io) == Activity::Work {
+                steps.push(now);
+            }
+            ends.extend(results.pop(now + 1).map(|_| now));
+        }
+        assert_eq!(counters.cells, 8 * u64::from(n_rays));
+        assert_eq!(ends.len() as u32, n_rays);
+        (steps, ends)
+    }
+
+    #[test]
+    fn ctu_ray_alone_steps_at_exactly_the_longer_of_depth_and_interval_and_leaves_after_depth() {
+        for (initiation_interval, depth) in [(1, 4), (4, 4), (7, 4), (1, 1), (3, 9)] {
+            let spec = CtuSpec { contexts: 2, initiation_interval, depth };
+            let (steps, ends) = steps_and_results(&spec, 1);
+            assert_eq!(steps.len(), 9, "8 cells and the step out of the grid");
+            let apart = u64::from(initiation_interval.max(depth));
+            assert!(steps.windows(2).all(|w| w[1] - w[0] == apart), "{steps:?}");
+            assert_eq!(ends, [steps[8] + u64::from(depth)]);
+        }
+    }
+
+    #[test]
+    fn ctu_of_many_rays_steps_at_exactly_every_interval() {
+        for (initiation_interval, depth) in [(1, 4), (3, 4), (5, 9)] {
+            let spec = CtuSpec { contexts: 16, initiation_interval, depth };
+            let (steps, _) = steps_and_results(&spec, 16);
+            assert_eq!(steps.len(), 9 * 16);
+            // The first rays come one a cycle, and the last leave the others behind: look between.
+            let apart = u64::from(initiation_interval);
+            assert!(steps[4..120].windows(2).all(|w| w[1] - w[0] == apart), "{steps:?}");
+        }
     }
 }

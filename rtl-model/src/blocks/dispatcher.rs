@@ -4,7 +4,8 @@
 //! jobs of the command --static: a range per cluster | ideal: first cluster with room--> FetchRequest --> host link
 //! ```
 //! A cluster's room is counted by credits: fetches asked for less descriptors taken by its bundle generator, so the
-//! bus never carries what has no place. One request a cycle. Stalls: host link's queue full (output full).
+//! bus never carries what has no place. One request a cycle. Stalls: host link's queue full (output full), no cluster with
+//! jobs left has room (resource).
 //! Source: static partition (1991 board paper; here of equal bundle counts). Not modelled yet: low-resolution
 //! estimate, pseudo-dynamic rebalance.
 
@@ -94,5 +95,54 @@ impl Dispatcher {
             return Activity::Work;
         }
         Activity::Stall(Cause::Resource)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Job indices in the order in which each of 4 clusters gets them, of 10 jobs.
+    fn dealt(scheduling: Scheduling) -> Vec<Vec<u32>> {
+        let jobs: Vec<Job> = (0..10).map(|index| Job { index, ..Job::default() }).collect();
+        let mut dispatcher = Dispatcher::new(scheduling, 4);
+        dispatcher.start(jobs.len());
+        let clusters = vec![HostPort::new(16, 2); 4];
+        let mut fetches = Fifo::new(2);
+        let mut dealt = vec![Vec::new(); 4];
+        for now in 0..20 {
+            dispatcher.tick(now, DispatcherIo { jobs: &jobs, clusters: &clusters, fetches: &mut fetches });
+            if let Some(fetch) = fetches.pop(now) {
+                dealt[fetch.cluster as usize].push(fetch.job.index);
+            }
+        }
+        assert!(dispatcher.is_quiet());
+        dealt
+    }
+
+    #[test]
+    fn dispatcher_static_cuts_ten_jobs_into_ranges_of_two_or_three() {
+        let expected = [vec![0, 1], vec![2, 3, 4], vec![5, 6], vec![7, 8, 9]];
+        assert_eq!(dealt(Scheduling::Static), expected);
+    }
+
+    #[test]
+    fn dispatcher_ideal_deals_jobs_in_turn_while_all_have_room() {
+        let expected = [vec![0, 4, 8], vec![1, 5, 9], vec![2, 6], vec![3, 7]];
+        assert_eq!(dealt(Scheduling::Ideal), expected);
+    }
+
+    #[test]
+    fn dispatcher_stops_at_the_depth_of_the_command_fifos() {
+        let jobs = [Job::default(); 10];
+        let mut dispatcher = Dispatcher::new(Scheduling::Static, 1);
+        dispatcher.start(jobs.len());
+        let clusters = [HostPort::new(2, 2)];
+        let mut fetches = Fifo::new(16);
+        let mut tick = |now| {
+            dispatcher.tick(now, DispatcherIo { jobs: &jobs, clusters: &clusters, fetches: &mut fetches })
+        };
+        let no_room = Activity::Stall(Cause::Resource);
+        assert_eq!([0, 1, 2, 3].map(&mut tick), [Activity::Work, Activity::Work, no_room, no_room]);
     }
 }

@@ -6,7 +6,10 @@
 //! ```
 //! A burst moves at most `burst_bytes` after `arbitration_cycles` of the bus; a beat moves one bus word. An upward
 //! burst starts when a cluster has a full one, a bundle's last entry, or a full FIFO; down and up alternate when both
-//! wait. The bus clock runs beside the board clock by an exact integer accumulator. A test-bench model, not RTL.
+//! wait, by whole descriptors: one longer than a burst keeps its turn, and pays arbitration before each of its bursts.
+//! The bus clock runs beside the board clock by an exact integer accumulator; result FIFOs give an entry a board cycle,
+//! for which a faster bus waits within its burst. A cycle without a bus edge in which something waits is a stall (bus).
+//! A test-bench model, not RTL.
 //! Timing is ASSUMED (SBus of a workstation of the time). Not modelled: other masters on the bus.
 
 use crate::sim::{Activity, Cause, Cycle, Fifo, next_set_bit};
@@ -31,12 +34,27 @@ impl HostPort {
     pub fn new(commands: u32, entries: u32) -> Self {
         HostPort { commands: Fifo::new(commands), entries: Fifo::new(entries), ends: Fifo::new(entries) }
     }
+
+    /// True when nothing is queued.
+    pub fn is_quiet(&self) -> bool {
+        self.commands.is_empty() && self.entries.is_empty() && self.ends.is_empty()
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Transfer {
-    Down { request: FetchRequest, bytes_left: u32, burst_left: u32 },
-    Up { cluster: usize, entries_left: u32, entry: ResultEntry, beats_left: u32 },
+    Down {
+        request: FetchRequest,
+        bytes_left: u32,
+        burst_left: u32,
+    },
+    /// `entry` is `None` while the FIFO has none to give in this board cycle.
+    Up {
+        cluster: usize,
+        entries_left: u32,
+        entry: Option<ResultEntry>,
+        beats_left: u32,
+    },
 }
 
 /// The block.
@@ -118,6 +136,7 @@ impl HostLink {
         }
         let mut activity = Activity::Idle;
         self.phase_hz += self.bus_hz;
+        let has_edge = self.phase_hz >= self.board_hz;
         while self.phase_hz >= self.board_hz {
             self.phase_hz -= self.board_hz;
             match self.bus_cycle(now, &mut io) {
@@ -127,8 +146,11 @@ impl HostLink {
                 _ => {}
             }
         }
-        if activity == Activity::Idle && self.transfer.is_some() {
-            return Activity::Stall(Cause::Bus);
+        if !has_edge {
+            let waits = self.transfer.is_some()
+                || io.fetches.front(now).is_some()
+                || self.sending(now, io.clusters) != 0;
+            return if waits { Activity::Stall(Cause::Bus) } else { Activity::Idle };
         }
         activity
     }
@@ -144,28 +166,37 @@ impl HostLink {
             self.arbitration_left -= 1;
             return Activity::Stall(Cause::Bus);
         }
-        if self.beat(now, io) { Activity::Work } else { Activity::Stall(Cause::OutputFull) }
+        self.beat(now, io)
     }
 
-    /// Starts a burst.
-    fn grant(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) {
-        let burst_entries = (self.burst_bytes / self.entry_bytes).max(1);
+    fn burst_entries(&self) -> u32 {
+        (self.burst_bytes / self.entry_bytes).max(1)
+    }
+
+    /// The clusters whose results may start a burst, a bit each.
+    fn sending(&self, now: Cycle, clusters: &[HostPort]) -> u64 {
+        let burst_entries = self.burst_entries();
         let mut sending = 0u64;
-        for (c, port) in io.clusters.iter().enumerate() {
+        for (c, port) in clusters.iter().enumerate() {
             let len = port.entries.len(now);
             let flush = port.ends.front(now).is_some() || len == port.entries.depth();
             sending |=
                 u64::from(len > 0 && port.entries.front(now).is_some() && (flush || len >= burst_entries))
                     << c;
         }
-        let up = next_set_bit(sending, self.turn);
+        sending
+    }
+
+    /// Starts a burst.
+    fn grant(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) {
+        let up = next_set_bit(self.sending(now, io.clusters), self.turn);
         let down = io.fetches.front(now).is_some();
         match up {
             Some(cluster) if !(down && self.last_was_up) => {
                 self.turn = cluster + 1;
                 let cluster = cluster as usize;
-                let entries_left = burst_entries.min(io.clusters[cluster].entries.len(now));
-                let Some(entry) = self.take_entry(now, &mut io.clusters[cluster]) else { return };
+                let entries_left = self.burst_entries().min(io.clusters[cluster].entries.len(now));
+                let entry = self.take_entry(now, &mut io.clusters[cluster]);
                 let beats_left = self.beats_per_entry();
                 self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
                 self.last_was_up = true;
@@ -192,9 +223,9 @@ impl HostLink {
         Some(entry)
     }
 
-    /// Moves one bus word; false when the last word of a descriptor finds its link taken in this cycle, as can happen
-    /// with a bus faster than the board.
-    fn beat(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> bool {
+    /// Moves one bus word. With a bus faster than the board it stalls when the last word of a descriptor finds its link
+    /// taken in this cycle (output full), and when the next result comes in the next board cycle only (bus).
+    fn beat(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> Activity {
         match self.transfer.take() {
             None => {}
             Some(Transfer::Down { request, bytes_left, burst_left })
@@ -202,7 +233,7 @@ impl HostLink {
                     && !io.clusters[request.cluster as usize].commands.can_push(now) =>
             {
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
-                return false;
+                return Activity::Stall(Cause::OutputFull);
             }
             Some(Transfer::Down { request, bytes_left, burst_left }) => {
                 let moved = self.word_bytes.min(bytes_left);
@@ -210,7 +241,7 @@ impl HostLink {
                 let (bytes_left, burst_left) = (bytes_left - moved, burst_left - self.word_bytes);
                 if bytes_left == 0 {
                     io.clusters[request.cluster as usize].commands.push(now, request.job);
-                    return true;
+                    return Activity::Work;
                 }
                 let burst_left = if burst_left == 0 {
                     self.arbitration_left = self.arbitration_cycles;
@@ -221,25 +252,104 @@ impl HostLink {
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
             }
             Some(Transfer::Up { cluster, entries_left, entry, beats_left }) => {
+                let Some(entry) = entry.or_else(|| self.take_entry(now, &mut io.clusters[cluster])) else {
+                    self.transfer = Some(Transfer::Up { cluster, entries_left, entry: None, beats_left });
+                    return Activity::Stall(Cause::Bus);
+                };
                 if beats_left > 1 {
-                    self.transfer =
-                        Some(Transfer::Up { cluster, entries_left, entry, beats_left: beats_left - 1 });
-                    return true;
+                    let (entry, beats_left) = (Some(entry), beats_left - 1);
+                    self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
+                    return Activity::Work;
                 }
                 self.up_bytes += u64::from(self.entry_bytes);
                 io.delivered.push(entry);
-                if entries_left > 1
-                    && let Some(entry) = self.take_entry(now, &mut io.clusters[cluster])
-                {
+                if entries_left > 1 {
                     self.transfer = Some(Transfer::Up {
                         cluster,
                         entries_left: entries_left - 1,
-                        entry,
+                        entry: self.take_entry(now, &mut io.clusters[cluster]),
                         beats_left: self.beats_per_entry(),
                     });
                 }
             }
         }
-        true
+        Activity::Work
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn link(bus_mhz: f64, arbitration_cycles: u32, burst_bytes: u32) -> HostLink {
+        let mut spec = BoardSpec::default();
+        spec.bus.clock_mhz = bus_mhz;
+        spec.bus.arbitration_cycles = arbitration_cycles;
+        spec.bus.burst_bytes = burst_bytes;
+        spec.bus.dma_setup_cycles = 0;
+        let mut link = HostLink::new(&spec);
+        link.start(8);
+        link
+    }
+
+    /// Activities from cycle 100 on, of a link that fetches one descriptor.
+    fn fetch(mut link: HostLink, bytes: u32, cycles: u64) -> Vec<Activity> {
+        let mut fetches = Fifo::new(2);
+        let job = Job { bytes, ..Job::default() };
+        fetches.push(0, FetchRequest { cluster: 0, job });
+        let mut clusters = [HostPort::new(2, 2)];
+        let mut delivered = Vec::new();
+        let activities = (100..100 + cycles)
+            .map(|now| {
+                let (fetches, clusters, delivered) = (&mut fetches, &mut clusters[..], &mut delivered);
+                link.tick(now, HostLinkIo { fetches, clusters, delivered })
+            })
+            .collect();
+        assert_eq!(clusters[0].commands.pop(100 + cycles), Some(job));
+        assert_eq!(link.bytes(), [u64::from(bytes), 0]);
+        activities
+    }
+
+    #[test]
+    fn host_link_on_a_10_mhz_bus_moves_a_beat_each_two_and_a_half_cycles_of_a_25_mhz_board() {
+        let activities = fetch(link(10.0, 0, 1024), 400, 260);
+        let works = (0..260).filter(|i| activities[*i] == Activity::Work).collect::<Vec<_>>();
+        assert_eq!(works.len(), 100);
+        assert_eq!(works[99], 249, "100 beats in 250 cycles");
+        assert!(works.windows(3).all(|w| w[2] - w[0] == 5 && (2..=3).contains(&(w[1] - w[0]))), "{works:?}");
+        // Between the beats, and before the first, the bus is waited for.
+        assert!(activities[..250].iter().all(|a| matches!(a, Activity::Work | Activity::Stall(Cause::Bus))));
+        assert!(activities[250..].iter().all(|a| *a == Activity::Idle));
+    }
+
+    #[test]
+    fn host_link_descriptor_of_three_bursts_pays_arbitration_three_times() {
+        let activities = fetch(link(25.0, 4, 64), 160, 60);
+        let works = activities.iter().filter(|a| **a == Activity::Work).count();
+        let waits = activities.iter().filter(|a| **a == Activity::Stall(Cause::Bus)).count();
+        assert_eq!((works, waits), (40, 3 * 4));
+        assert!(activities[52..].iter().all(|a| *a == Activity::Idle));
+    }
+
+    #[test]
+    fn host_link_faster_than_the_board_keeps_its_upward_burst_and_takes_an_entry_a_cycle() {
+        let mut link = link(100.0, 4, 64);
+        let mut clusters = [HostPort::new(2, 8)];
+        for ray in 0..8 {
+            let entry = ResultEntry::Nearest { ray, hit: None, last: ray == 7 };
+            clusters[0].entries.push(u64::from(ray), entry);
+        }
+        clusters[0].ends.push(7, ());
+        let (mut fetches, mut delivered) = (Fifo::new(2), Vec::new());
+        let counts: Vec<usize> = (8..17)
+            .map(|now| {
+                let (fetches, clusters) = (&mut fetches, &mut clusters[..]);
+                link.tick(now, HostLinkIo { fetches, clusters, delivered: &mut delivered });
+                delivered.len()
+            })
+            .collect();
+        // Four bus cycles of arbitration, once; two beats an entry, of which the first was taken with the grant.
+        assert_eq!(counts, [0, 2, 3, 4, 5, 6, 7, 8, 8]);
+        assert!(link.is_quiet() && clusters[0].is_quiet());
     }
 }

@@ -1,7 +1,7 @@
 //! One clocked block a file. Each has a `tick` that borrows its ports for one cycle; registers are its fields.
 //!
 //! ```text
-//! host link --Job--> dispatcher's clusters:
+//! dispatcher --FetchRequest--> host link --Job--> clusters, in each:
 //!   bundle generator --NewRay--> CTUs --CellRequest--> patch loader --TestToken--> ICU --TestResult--> reducer
 //!                                 ^  ^------------ListDone--'                                          |
 //!                                 `-------------------------------Reduced------------------------------'
@@ -53,6 +53,14 @@ pub struct ContextId {
     pub context: u8,
 }
 
+impl ContextId {
+    /// Its place in a table of all contexts of the module.
+    #[inline]
+    pub fn index(self, contexts_per_ctu: usize) -> usize {
+        usize::from(self.ctu) * contexts_per_ctu + usize::from(self.context)
+    }
+}
+
 /// A ray on its way to a CTU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NewRay {
@@ -87,12 +95,12 @@ impl Default for CellRequest {
     }
 }
 
-/// One ray is to be tested with one patch, whose record comes along.
+/// One ray is to be tested with one patch. In hardware the record travels beside it; here it is read by its number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TestToken {
     /// Whose ray.
     pub context: ContextId,
-    /// Which patch.
+    /// Number of the patch's record.
     pub patch: u32,
     /// The ray's first test: its best hit starts empty.
     pub fresh: bool,

@@ -8,8 +8,9 @@
 //! A slot: free -> header -> list line -> filter <-> patch -> done -> free; header, line and patch may wait for a
 //! line. Each cycle: one request taken, one list look-up, one patch look-up, and in every slot one list entry
 //! compared with the ray's mailbox (the last 8 tested ids: tested ones are dropped).
-//! Timing: header, line, first entry, first token: one cycle each when the caches hit.
-//! Stalls: ICU link full (output full), no miss register free (resource), lines not here yet (cache miss).
+//! Timing: header, line, first entry, first token: one cycle each when the caches hit; a fill and the step that it
+//! allows share a cycle.
+//! Stalls: ICU link or miss FIFO full (output full), no miss register free (resource), lines not here yet (cache miss).
 //! Source: patch loading by cell lists (1990 board paper); slots and mailboxes ASSUMED (mailbox: Amanatides, Woo 1987).
 
 use crate::datapath::cell_step::Cell;
@@ -31,7 +32,7 @@ struct Slot {
     remaining: u32,
     /// Entries left in the line at hand.
     in_line: u32,
-    /// The entry at hand.
+    /// The entry at hand: a record's number.
     patch: u32,
     /// Tests sent for this cell.
     tests: u32,
@@ -152,22 +153,24 @@ impl PatchLoader {
             return Activity::Idle;
         }
         self.take_fills(now, &io);
-        // Every step acts on the states at the start of the cycle: a slot moves by one state a cycle.
+        // Every step acts on the states after the fills: a slot moves by one state a cycle, a fill besides.
         let start = self.states;
         let finished = self.finish(now, start.done, &mut io);
         let (sent, port) = self.send_test(now, start, &mut io);
         let filtered = self.filter(start.filter, io.image, io.counters);
         let listed = self.read_list(now, start, &mut io);
         let taken = self.take_request(now, io.requests);
-        if finished || sent || filtered || listed == Some(true) || taken {
+        if finished || sent || filtered || listed == Port::Looked || taken {
             return Activity::Work;
         }
-        match port {
-            PatchPort::OutputFull => Activity::Stall(Cause::OutputFull),
-            PatchPort::Refused => Activity::Stall(Cause::Resource),
-            PatchPort::Nothing if listed == Some(false) => Activity::Stall(Cause::Resource),
-            PatchPort::Nothing | PatchPort::Looked => Activity::Stall(Cause::CacheMiss),
-        }
+        let either = |state| port == state || listed == state;
+        Activity::Stall(if either(Port::OutputFull) {
+            Cause::OutputFull
+        } else if either(Port::Refused) {
+            Cause::Resource
+        } else {
+            Cause::CacheMiss
+        })
     }
 
     fn take_fills(&mut self, now: Cycle, io: &PatchLoaderIo<'_>) {
@@ -212,17 +215,17 @@ impl PatchLoader {
     }
 
     /// The patch port: one look-up or one record from a line register, then one token.
-    fn send_test(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> (bool, PatchPort) {
+    fn send_test(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> (bool, Port) {
         if start.patch_here | start.patch == 0 {
-            return (false, PatchPort::Nothing);
+            return (false, Port::Nothing);
         }
         if !io.tests.can_push(now) {
-            return (false, PatchPort::OutputFull);
+            return (false, Port::OutputFull);
         }
         // Records at hand first: they hold what others may wait for.
         let here = next_set_bit(start.patch_here, self.patch_turn);
         let Some(i) = here.or_else(|| next_set_bit(start.patch & !start.patch_full, self.patch_turn)) else {
-            return (false, PatchPort::Refused);
+            return (false, Port::Refused);
         };
         self.patch_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
@@ -234,25 +237,24 @@ impl PatchLoader {
                     slot.awaited = line;
                     self.states.patch &= !bit;
                     self.states.patch_waits |= bit;
-                    return (false, PatchPort::Looked);
+                    return (false, Port::Looked);
                 }
-                Lookup::Busy => return (false, PatchPort::Refused),
+                Lookup::Busy => return (false, Port::OutputFull),
                 Lookup::Full => {
                     self.states.patch_full |= bit;
-                    return (false, PatchPort::Refused);
+                    return (false, Port::Refused);
                 }
             }
         }
         self.states.patch &= !bit;
         self.states.patch_here &= !bit;
-        let mailbox =
-            usize::from(slot.context.ctu) * self.contexts_per_ctu + usize::from(slot.context.context);
+        let mailbox = slot.context.index(self.contexts_per_ctu);
         self.mailboxes[mailbox].push(slot.patch);
         let fresh = !std::mem::replace(&mut self.tested[mailbox], true);
         io.tests.push(now, TestToken { context: slot.context, patch: slot.patch, fresh });
         slot.tests += 1;
         self.next_entry(i);
-        (true, PatchPort::Looked)
+        (true, Port::Looked)
     }
 
     /// In every slot with entries at hand, compares one with the mailbox.
@@ -264,8 +266,7 @@ impl PatchLoader {
             slot.remaining -= 1;
             slot.in_line -= 1;
             counters.list_entries += 1;
-            let mailbox =
-                usize::from(slot.context.ctu) * self.contexts_per_ctu + usize::from(slot.context.context);
+            let mailbox = slot.context.index(self.contexts_per_ctu);
             self.states.filter &= !(1 << i);
             if self.mailboxes[mailbox].contains(slot.patch) {
                 self.next_entry(i as u32);
@@ -289,13 +290,13 @@ impl PatchLoader {
         *state |= 1 << i;
     }
 
-    /// The list port: one look-up of a header or of a list line. `Some(false)`: refused.
-    fn read_list(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> Option<bool> {
+    /// The list port: one look-up of a header or of a list line.
+    fn read_list(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> Port {
         let wanted = start.header | start.list;
         if wanted == 0 {
-            return None;
+            return Port::Nothing;
         }
-        let Some(i) = next_set_bit(wanted & !start.list_full, self.list_turn) else { return Some(false) };
+        let Some(i) = next_set_bit(wanted & !start.list_full, self.list_turn) else { return Port::Refused };
         self.list_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
         let is_header = start.header & bit != 0;
@@ -304,10 +305,10 @@ impl PatchLoader {
         let lookup = self.list_port.read(now, line, io.list_misses);
         match lookup {
             Lookup::Hit | Lookup::Waits => {}
-            Lookup::Busy => return Some(false),
+            Lookup::Busy => return Port::OutputFull,
             Lookup::Full => {
                 self.states.list_full |= bit;
-                return Some(false);
+                return Port::Refused;
             }
         }
         slot.awaited = line;
@@ -329,7 +330,7 @@ impl PatchLoader {
                 self.states.filter |= bit;
             }
         }
-        Some(true)
+        Port::Looked
     }
 
     /// Takes one cell request into a free slot.
@@ -346,7 +347,7 @@ impl PatchLoader {
             return false;
         };
         if fresh {
-            let mailbox = usize::from(context.ctu) * self.contexts_per_ctu + usize::from(context.context);
+            let mailbox = context.index(self.contexts_per_ctu);
             self.mailboxes[mailbox] = Mailbox::default();
             self.tested[mailbox] = false;
         }
@@ -360,11 +361,16 @@ impl PatchLoader {
     }
 }
 
+/// What a port did in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PatchPort {
+enum Port {
+    /// No slot wanted it.
     Nothing,
+    /// A look-up, or a record sent.
     Looked,
+    /// No miss register free for whoever wants it.
     Refused,
+    /// Its FIFO, to the ICU or to the next level, is full.
     OutputFull,
 }
 

@@ -37,8 +37,7 @@ impl Reducer {
     #[inline]
     pub fn tick(&mut self, now: Cycle, io: ReducerIo<'_>) -> Activity {
         let Some(TestResult { context, hit, fresh }) = io.results.pop(now) else { return Activity::Idle };
-        let best =
-            &mut self.best[usize::from(context.ctu) * self.contexts_per_ctu + usize::from(context.context)];
+        let best = &mut self.best[context.index(self.contexts_per_ctu)];
         let before = if fresh { None } else { *best };
         *best = HitWords::nearer(before, hit);
         io.reduced.set(now, usize::from(context.ctu), Reduced { context: context.context, best: *best });

@@ -9,6 +9,7 @@
 
 use crate::datapath::HitWords;
 use crate::functional::CanonicalCounters;
+use crate::packet::MAX_BUNDLE_RAYS;
 use crate::sim::{Activity, Cause, Cycle, Fifo, Wire};
 
 use super::{HostPort, Job, RayResult, ResultEntry};
@@ -16,7 +17,7 @@ use super::{HostPort, Job, RayResult, ResultEntry};
 #[derive(Clone, Debug)]
 struct Slot {
     job: Job,
-    hits: [Option<HitWords>; 64],
+    hits: [Option<HitWords>; MAX_BUNDLE_RAYS],
     /// Rays still to come; a bundle with none has ended.
     pending: u32,
     /// Entries sent.
@@ -52,7 +53,7 @@ pub struct ResultMergeIo<'a> {
 impl ResultMerge {
     /// `n_slots` free slots.
     pub fn new(n_slots: u32) -> Self {
-        let slot = Slot { job: Job::default(), hits: [None; 64], pending: 0, sent: 0 };
+        let slot = Slot { job: Job::default(), hits: [None; MAX_BUNDLE_RAYS], pending: 0, sent: 0 };
         ResultMerge {
             slots: vec![slot; n_slots as usize],
             taken: 0,

@@ -9,6 +9,8 @@ pub mod ray_patch;
 #[cfg(test)]
 pub(crate) mod test_support;
 
+use crate::fixed::Formats;
+
 /// A ray as the board holds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RayWords {
@@ -18,6 +20,53 @@ pub struct RayWords {
     pub dir: [i32; 3],
     /// Largest t word that counts, at most [`crate::fixed::Formats::t_limit`].
     pub t_max: u64,
+}
+
+/// Why a ray's words are no ray.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RayError {
+    /// A word outside its range.
+    #[error("{field} = {value}; {min} to {max} are possible")]
+    Word {
+        /// Which word.
+        field: &'static str,
+        /// Its value.
+        value: i128,
+        /// Smallest possible.
+        min: i64,
+        /// Largest possible.
+        max: i64,
+    },
+    /// A direction of three zeros.
+    #[error("dir = [0, 0, 0]; at least one word other than 0 is expected")]
+    NoDirection,
+}
+
+impl RayWords {
+    /// Checks that the words fit the formats and that the direction is not zero.
+    ///
+    /// # Errors
+    /// [`RayError`], with the first word outside its range.
+    pub fn validate(&self, formats: &Formats) -> Result<(), RayError> {
+        let within = |field, words: [i32; 3], min: i64, max: i64| match words
+            .iter()
+            .find(|word| !(min..=max).contains(&i64::from(**word)))
+        {
+            Some(value) => Err(RayError::Word { field, value: i128::from(*value), min, max }),
+            None => Ok(()),
+        };
+        let (cube, unit) = (1_i64 << formats.coord_frac_bits, 1_i64 << formats.dir_frac_bits);
+        within("origin", self.origin, -cube, cube - 1)?;
+        within("dir", self.dir, 1 - unit, unit - 1)?;
+        if self.dir == [0; 3] {
+            return Err(RayError::NoDirection);
+        }
+        if self.t_max > formats.t_limit() {
+            let (value, max) = (i128::from(self.t_max), formats.t_limit().cast_signed());
+            return Err(RayError::Word { field: "t_max", value, min: 0, max });
+        }
+        Ok(())
+    }
 }
 
 /// A patch as the board holds it: a triangle, or a quad = two triangles that share the diagonal v0 v2.

@@ -6,6 +6,7 @@
 //! ```
 //! State: tags, miss registers with the set of caches that wait for each, hit pipeline. One look-up a cycle; a hit
 //! takes `cycles`, a miss the DRAM's time + 2 (link each way). A fill that would drive a wire twice waits a cycle.
+//! Stalls: DRAM link full (output full), no miss register free (resource), lines on their way (memory).
 //! Source: "hierarchical patch memory with a cache per processing element" (1992 board paper); the rest ASSUMED.
 //! Not modelled: prefetch.
 
@@ -46,11 +47,11 @@ pub struct ClusterBufferIo<'a> {
 }
 
 impl ClusterBuffer {
-    /// An empty buffer of `bytes` bytes, answering hits after `cycles`.
+    /// An empty buffer of `bytes` bytes, answering hits after `cycles >= 1`.
     pub fn new(bytes: u32, ways: u32, cycles: u32, miss_registers: u32) -> Self {
         ClusterBuffer {
             cache: LineCache::new(bytes / super::LINE_BYTES, ways),
-            hits: Pipe::new(cycles.max(1)),
+            hits: Pipe::new(cycles),
             open: Vec::with_capacity(miss_registers as usize),
             capacity: miss_registers as usize,
             full: 0,
@@ -82,8 +83,8 @@ impl ClusterBuffer {
         self.hits.step(hit);
         if filled || looked_up || driven != 0 {
             Activity::Work
-        } else if refused {
-            Activity::Stall(Cause::Resource)
+        } else if let Some(cause) = refused {
+            Activity::Stall(cause)
         } else if !self.open.is_empty() {
             Activity::Stall(Cause::Memory)
         } else {
@@ -91,42 +92,43 @@ impl ClusterBuffer {
         }
     }
 
-    /// Serves one request: a hit to start down the pipeline, whether one was taken, whether one was refused.
+    /// Serves one request: a hit to start down the pipeline, whether one was taken, why one was refused.
     fn look_up(
         &mut self,
         now: Cycle,
         requests: &mut [Fifo<Line>],
         dram_request: &mut Fifo<Line>,
-    ) -> (Option<Fill>, bool, bool) {
+    ) -> (Option<Fill>, bool, Option<Cause>) {
         let waiting = (0..).zip(requests.iter()).filter(|(_, f)| f.front(now).is_some());
         let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
         let Some(source) = next_set_bit(waiting & !self.full, self.turn) else {
-            return (None, false, waiting != 0);
+            return (None, false, (waiting != 0).then_some(Cause::Resource));
         };
         self.turn = source + 1;
         let request = &mut requests[source as usize];
-        let Some(&line) = request.front(now) else { return (None, false, false) };
+        let Some(&line) = request.front(now) else { return (None, false, None) };
         let fill = Fill { line, sources: 1 << source };
         if self.cache.lookup(line) {
             request.pop(now);
             self.traffic.accesses += 1;
-            return (Some(fill), true, false);
+            return (Some(fill), true, None);
         }
         if let Some(open) = self.open.iter_mut().find(|open| open.line == line) {
             open.sources |= fill.sources;
         } else if self.open.len() == self.capacity {
             self.full |= fill.sources;
-            return (None, false, true);
+            return (None, false, Some(Cause::Resource));
         } else if dram_request.can_push(now) {
             dram_request.push(now, line);
             self.open.push(fill);
+            self.traffic.lines += 1;
         } else {
-            return (None, false, true);
+            return (None, false, Some(Cause::OutputFull));
         }
         request.pop(now);
         self.traffic.accesses += 1;
         self.traffic.misses += 1;
-        (None, true, false)
+        (None, true, None)
     }
 
     /// Traffic so far.
@@ -145,5 +147,73 @@ fn deliver(now: Cycle, fill: Fill, wires: &mut [Wire<Line>]) {
     while left != 0 {
         wires[left.trailing_zeros() as usize].set(now, fill.line);
         left &= left - 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A buffer, its one cache's request FIFO and wire, and its DRAM link.
+    struct Bench {
+        buffer: ClusterBuffer,
+        requests: Vec<Fifo<Line>>,
+        fills: Vec<Wire<Line>>,
+        dram_request: Fifo<Line>,
+        dram_response: Fifo<Line>,
+    }
+
+    impl Bench {
+        fn new(cycles: u32, miss_registers: u32) -> Bench {
+            Bench {
+                buffer: ClusterBuffer::new(1024, 2, cycles, miss_registers),
+                requests: vec![Fifo::new(8)],
+                fills: vec![Wire::new()],
+                dram_request: Fifo::new(2),
+                dram_response: Fifo::new(2),
+            }
+        }
+
+        fn tick(&mut self, now: Cycle) -> Activity {
+            let io = ClusterBufferIo {
+                requests: &mut self.requests,
+                fills: &mut self.fills,
+                dram_request: &mut self.dram_request,
+                dram_response: &mut self.dram_response,
+            };
+            self.buffer.tick(now, io)
+        }
+    }
+
+    #[test]
+    fn cluster_buffer_hit_is_not_out_at_cycles_minus_one_and_out_at_cycles() {
+        for cycles in [1, 2, 3, 10] {
+            let mut bench = Bench::new(cycles, 1);
+            bench.buffer.cache.install(Line(5));
+            bench.requests[0].push(0, Line(5));
+            let mut seen = Vec::new();
+            for now in 0..30 {
+                bench.tick(now);
+                // What is put on the wire in a cycle is seen in the next.
+                seen.extend(bench.fills[0].get(now + 1).map(|line| (now, line)));
+            }
+            assert_eq!(seen, [(1 + u64::from(cycles), Line(5))], "looked up in cycle 1");
+            assert_eq!(bench.buffer.traffic(), Traffic { accesses: 1, misses: 0, lines: 0 });
+            assert!(bench.buffer.is_quiet());
+        }
+    }
+
+    #[test]
+    fn cluster_buffer_stall_is_named_after_what_is_full() {
+        let stall = |miss_registers| {
+            let mut bench = Bench::new(1, miss_registers);
+            for line in 0..4 {
+                bench.requests[0].push(u64::from(line), Line(line));
+            }
+            // Nobody takes from the DRAM link of 2 entries.
+            (10..20).map(|now| bench.tick(now)).last()
+        };
+        assert_eq!(stall(4), Some(Activity::Stall(Cause::OutputFull)));
+        assert_eq!(stall(1), Some(Activity::Stall(Cause::Resource)));
     }
 }

@@ -103,6 +103,7 @@ impl Dram {
         let hit = *open == Some(row);
         *open = Some(row);
         self.traffic.accesses += 1;
+        self.traffic.lines += 1;
         self.traffic.misses += u64::from(!hit);
         let latency = if hit { self.row_hit_cycles } else { self.row_miss_cycles };
         Some(Service { cluster, line, latency, beats: self.beats_per_line })

@@ -152,6 +152,7 @@ impl ReadPort {
             }
             self.misses.take(line);
             requests.push(now, line);
+            self.traffic.lines += 1;
         }
         self.traffic.accesses += 1;
         self.traffic.misses += 1;
@@ -216,6 +217,6 @@ mod tests {
         assert_eq!(port.fill(2, &wire), Some(Line(9)));
         assert!(port.is_quiet());
         assert_eq!(port.read(2, Line(9), &mut requests), Lookup::Hit);
-        assert_eq!(port.traffic(), Traffic { accesses: 3, misses: 2 });
+        assert_eq!(port.traffic(), Traffic { accesses: 3, misses: 2, lines: 1 });
     }
 }

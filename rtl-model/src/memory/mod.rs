@@ -1,8 +1,8 @@
 //! The hierarchical patch memory, from the ICU outward.
 //!
 //! ```text
-//! patch loader: patch cache, list cache --LineRequest--> cluster buffer --line--> DRAM
-//!                              <--line (Wire per cache)--              <--line---
+//! patch loader: patch cache, list cache --Line--> cluster buffer --Line--> DRAM
+//!                               <--Line (a wire per cache)--  <--Line--
 //! ```
 //! A line is 64 bytes (16 words). Caches hold tags only: the bits themselves are those of the memory image, which
 //! never changes while a command runs.
@@ -18,7 +18,7 @@ pub use line_cache::{LineCache, Lookup, MissRegisters, ReadPort};
 /// Words of a line.
 pub const LINE_WORDS: u32 = 16;
 /// Bytes of a line.
-pub const LINE_BYTES: u32 = 64;
+pub const LINE_BYTES: u32 = 4 * LINE_WORDS;
 
 /// The number of a 64-byte line of the patch memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,4 +39,15 @@ pub struct Traffic {
     pub accesses: u64,
     /// Look-ups that missed (DRAM: row misses).
     pub misses: u64,
+    /// Lines asked of the next level (DRAM: read); misses that merge with an open one ask for none.
+    pub lines: u64,
+}
+
+impl Traffic {
+    /// Adds another memory's traffic.
+    pub fn add(&mut self, other: Traffic) {
+        self.accesses += other.accesses;
+        self.misses += other.misses;
+        self.lines += other.lines;
+    }
 }

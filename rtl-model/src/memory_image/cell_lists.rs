@@ -12,6 +12,7 @@ use crate::datapath::cell_step::{Cell, Grid};
 use crate::fixed::{Formats, index, word_count};
 use crate::packet::PATCH_LINE_WORDS;
 
+use super::Layout;
 use super::tri_box::TriangleAxes;
 
 /// What a cell step costs, in tests: 4 CTUs that step once a cycle feed one ICU that tests once a cycle.
@@ -38,11 +39,16 @@ pub(super) struct CellLists {
 }
 
 impl CellLists {
-    /// Lists for a given grid, or for the best one.
-    pub(super) fn build(formats: &Formats, patches: &[PatchWords], log2_cells: Option<u32>) -> CellLists {
+    /// Lists for a given grid, or for the best one whose image takes at most `max_bytes`.
+    pub(super) fn build(
+        formats: &Formats,
+        patches: &[PatchWords],
+        log2_cells: Option<u32>,
+        max_bytes: u64,
+    ) -> CellLists {
         let log2_cells = match log2_cells {
             Some(g) => g.min(MAX_LOG2_CELLS).min(formats.coord_frac_bits),
-            None => auto_grid(formats, patches),
+            None => auto_grid(formats, patches, max_bytes),
         };
         let grid = Grid { log2_cells };
         let mut pairs = Vec::new();
@@ -81,15 +87,14 @@ fn cell_index(g: u32, cell: [u32; 3]) -> usize {
 ///
 /// A ray crosses about 2^g cells; in each it costs a step, and a test per entry of the mean list (over all cells, empty
 /// ones too): 2^g ([`STEP_COST`] + entries / cells).
-fn auto_grid(formats: &Formats, patches: &[PatchWords]) -> u32 {
+fn auto_grid(formats: &Formats, patches: &[PatchWords], max_bytes: u64) -> u32 {
     let finest = MAX_LOG2_CELLS.min(formats.coord_frac_bits);
     let patch_words = patches.len() * index(PATCH_LINE_WORDS);
-    let limit = (AUTO_LIMIT_BYTES / 4).max(4 * patch_words).min(ADDRESSABLE_WORDS);
-    let fixed_words = |g: u32| {
-        let cells = Grid { log2_cells: g }.n_cells();
-        cells.div_ceil(32) + 2 * cells + patch_words
-    };
-    let deepest = (1..=finest).rev().find(|g| fixed_words(*g) <= limit).unwrap_or(1);
+    let max_words = usize::try_from(max_bytes / 4).unwrap_or(usize::MAX);
+    let limit = (AUTO_LIMIT_BYTES / 4).max(4 * patch_words).min(ADDRESSABLE_WORDS).min(max_words);
+    let words =
+        |g: u32, n_entries| Layout::new(Grid { log2_cells: g }.n_cells(), n_entries, patches.len()).n_words;
+    let deepest = (1..=finest).rev().find(|g| words(*g, 0) <= limit).unwrap_or(1);
     let mut entries = vec![0_usize; index(deepest) + 1];
     for patch in patches {
         descend(formats, patch, deepest, &mut |level, _| entries[index(level)] += 1);
@@ -99,7 +104,7 @@ fn auto_grid(formats: &Formats, patches: &[PatchWords]) -> u32 {
         f64::from(1 << g) * (STEP_COST + total / cells)
     };
     (1..=deepest)
-        .filter(|g| *g == 1 || fixed_words(*g) + entries[index(*g)] <= limit)
+        .filter(|g| *g == 1 || words(*g, entries[index(*g)]) <= limit)
         .min_by(|a, b| work(*a).total_cmp(&work(*b)))
         .unwrap_or(1)
 }

@@ -94,6 +94,23 @@ fn build_automatic_grid_has_the_least_expected_work() {
 }
 
 #[test]
+fn build_within_a_small_memory_takes_the_best_grid_that_fits_to_the_byte() {
+    let formats = Formats::default();
+    let patches = floor(&formats, 20);
+    let sizes: Vec<u64> =
+        (1..=6).map(|g| MemoryImage::build(&formats, &patches, Some(g)).size_bytes() as u64).collect();
+    let free = MemoryImage::build(&formats, &patches, None);
+    assert!(free.grid.log2_cells > 2);
+    for g in 1..=free.grid.log2_cells {
+        let size = sizes[g as usize - 1];
+        let exact = MemoryImage::build_within(&formats, &patches, None, size);
+        assert_eq!((exact.grid.log2_cells, exact.size_bytes() as u64), (g, size));
+        let less = MemoryImage::build_within(&formats, &patches, None, size - 1);
+        assert_eq!(less.grid.log2_cells, (g - 1).max(1));
+    }
+}
+
+#[test]
 fn grid_index_of_every_cell_is_unique_and_eight_around_a_corner_are_neighbours() {
     let grid = Grid { log2_cells: 3 };
     let mut seen = vec![false; grid.n_cells()];

@@ -1,4 +1,4 @@
-//! Bit layout of every record that crosses a FIFO, the patch memory or the bus.
+//! Bit layout of every record that crosses the patch memory or the bus; tokens inside the board are Rust structs.
 //!
 //! ```text
 //! datapath words -> pack (fields from bit 0 up, two's complement, padded with 0 to 32-bit words) -> u32 words -> unpack
@@ -13,7 +13,7 @@
 //! | [`CellHeader`] | address 32, entries 32 | 8 |
 //! | [`CommandHeader`] | command 3, any hit 1, items 28, payload words 32 | 8 |
 //!
-//! Not modelled: parity, and the bus's own framing.
+//! Not modelled: parity, the bus's own framing, and moving command headers and the memory image (no bytes, no cycles).
 
 mod bundle;
 mod fields;

@@ -14,7 +14,7 @@ use crate::datapath::PatchWords;
 use crate::fixed::Formats;
 
 /// Words from one patch record to the next: a 64-byte line.
-pub const PATCH_LINE_WORDS: u32 = 16;
+pub const PATCH_LINE_WORDS: u32 = crate::memory::LINE_WORDS;
 
 fn patch_bits(formats: &Formats) -> u32 {
     12 * (formats.coord_frac_bits + 1) + PATCH_ID_BITS + 1

@@ -106,20 +106,6 @@ impl BlockAccount {
     pub fn total(&self) -> u64 {
         self.cycles.iter().sum()
     }
-
-    /// The leading cause that keeps the block from working while something is assigned to it, with its cycles;
-    /// idle, fill and drain are no stalls.
-    pub fn leading_stall(&self) -> (Cause, u64) {
-        Cause::ALL[1..7]
-            .iter()
-            .map(|&c| (c, self.of(c)))
-            .fold((Cause::OutputFull, 0), |best, x| if x.1 > best.1 { x } else { best })
-    }
-
-    /// Cycles stalled: something was assigned and the block did not work.
-    pub fn stalled(&self) -> u64 {
-        Cause::ALL[1..7].iter().map(|&c| self.of(c)).sum()
-    }
 }
 
 /// Accumulates the accounts of a set of blocks, run by run.
@@ -145,8 +131,8 @@ struct Spell {
 #[derive(Clone, Debug, Default)]
 struct Sums {
     cycles: [u64; 10],
-    /// Idle cycles since the last token of this run: idle if another one comes, drain if none does.
-    trailing_idle: u64,
+    /// Idle and starved cycles since the last token of this run: that if another one comes, drain if none does.
+    trailing: [u64; 2],
     /// Had a token in this run.
     started: bool,
 }
@@ -177,7 +163,8 @@ impl Accounts {
         for (spell, sums) in self.spells.iter_mut().zip(&mut self.sums) {
             sums.add(spell);
             *spell = Spell::default();
-            sums.cycles[Cause::Drain as usize] += std::mem::take(&mut sums.trailing_idle) + after;
+            sums.cycles[Cause::Drain as usize] +=
+                std::mem::take(&mut sums.trailing).iter().sum::<u64>() + after;
             sums.started = false;
         }
     }
@@ -210,14 +197,15 @@ impl Sums {
                 self.cycles[Cause::Fill as usize] += n;
                 return;
             }
-            Some((Activity::Idle, true)) => Cause::Starved,
-            Some((Activity::Idle, false)) => {
-                self.trailing_idle += n;
+            Some((Activity::Idle, assigned)) => {
+                self.trailing[usize::from(assigned)] += n;
                 return;
             }
         };
         self.started = true;
-        self.cycles[Cause::Idle as usize] += std::mem::take(&mut self.trailing_idle);
+        let [idle, starved] = std::mem::take(&mut self.trailing);
+        self.cycles[Cause::Idle as usize] += idle;
+        self.cycles[Cause::Starved as usize] += starved;
         self.cycles[cause as usize] += n;
     }
 }
@@ -255,9 +243,21 @@ mod tests {
     #[test]
     fn account_of_an_idle_block_with_work_elsewhere_is_starved() {
         let mut account = Accounts::new(1);
-        account.record(0, Activity::Work, true);
-        account.record(0, Activity::Idle, true);
-        account.end_run(0);
-        assert_eq!(account.named(0, String::new()).of(Cause::Starved), 1);
+        for (activity, assigned) in [
+            (Activity::Work, true),
+            (Activity::Idle, true),
+            (Activity::Idle, false),
+            (Activity::Idle, true),
+            (Activity::Work, true),
+            (Activity::Idle, true),
+            (Activity::Idle, false),
+        ] {
+            account.record(0, activity, assigned);
+        }
+        account.end_run(5);
+        let closed = account.named(0, String::new());
+        let cycles = [Cause::Work, Cause::Starved, Cause::Idle, Cause::Drain].map(|c| closed.of(c));
+        assert_eq!(cycles, [2, 2, 1, 2 + 5], "after the last token all is drain, assigned or not");
+        assert_eq!(closed.total(), 12);
     }
 }

@@ -26,6 +26,7 @@ pub struct Fifo<T> {
     popped_at: Cycle,
     pushes: u64,
     /// Sum of pop cycles less sum of push cycles.
+    #[cfg(test)]
     sojourn: u64,
 }
 
@@ -45,6 +46,7 @@ impl<T: Copy + Default> Fifo<T> {
             pushed_at: NEVER,
             popped_at: NEVER,
             pushes: 0,
+            #[cfg(test)]
             sojourn: 0,
         }
     }
@@ -67,7 +69,10 @@ impl<T: Copy + Default> Fifo<T> {
         self.count += 1;
         self.pushed_at = now;
         self.pushes += 1;
-        self.sojourn = self.sojourn.wrapping_sub(now);
+        #[cfg(test)]
+        {
+            self.sojourn = self.sojourn.wrapping_sub(now);
+        }
     }
 
     /// The oldest token, as of the start of the cycle; none any more once it is popped in this cycle.
@@ -88,7 +93,10 @@ impl<T: Copy + Default> Fifo<T> {
         self.head = (self.head + 1) & (self.entries.len() as u32 - 1);
         self.count -= 1;
         self.popped_at = now;
-        self.sojourn = self.sojourn.wrapping_add(now);
+        #[cfg(test)]
+        {
+            self.sojourn = self.sojourn.wrapping_add(now);
+        }
         Some(token)
     }
 
@@ -110,7 +118,8 @@ impl<T: Copy + Default> Fifo<T> {
     }
 
     /// Sum over all tokens of the cycles that each spent inside, once the queue is empty.
-    pub fn sojourn_cycles(&self) -> Option<u64> {
+    #[cfg(test)]
+    fn sojourn_cycles(&self) -> Option<u64> {
         self.is_empty().then_some(self.sojourn)
     }
 

@@ -1,7 +1,7 @@
 //! Clock, FIFO, pipe, wire, account. Nothing here knows what a ray is.
 //!
-//! Two phases a cycle: blocks `tick` and see the state at the start of the cycle; what they put into FIFOs and wires
-//! becomes visible at the clock edge. So the order in which blocks tick changes nothing.
+//! Two phases a cycle: blocks `tick` and see FIFOs and wires as they were at the start of the cycle; what they put in is
+//! seen from the next cycle on, told apart by the cycle's number. So the order in which blocks tick changes nothing.
 
 mod account;
 mod fifo;

@@ -47,9 +47,9 @@ pub struct BoardSpec {
     /// Queue depths.
     pub fifos: FifoSpec,
     /// Cache of patch records, one per module.
-    pub patch_cache: CacheSpec,
+    pub patch_cache: PatchCacheSpec,
     /// Cache of cell headers and lists, one per module.
-    pub list_cache: CacheSpec,
+    pub list_cache: ListCacheSpec,
     /// Buffer of a cluster (memory = "hierarchical").
     pub cluster_buffer: ClusterBufferSpec,
     /// The board's DRAM.
@@ -146,10 +146,22 @@ pub struct FifoSpec {
     pub commands: u32,
 }
 
-/// A cache.
+/// The cache of patch records of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CacheSpec {
+#[serde(deny_unknown_fields, default)]
+pub struct PatchCacheSpec {
+    /// Size (B): 0, or a power of two of at least a 64-byte line per way.
+    pub bytes: u32,
+    /// Ways, a power of two in 1..=16.
+    pub ways: u32,
+    /// Misses that may be open at once, 1..=16.
+    pub miss_registers: u32,
+}
+
+/// The cache of cell headers and lists of a module; a type of its own, since its defaults differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ListCacheSpec {
     /// Size (B): 0, or a power of two of at least a 64-byte line per way.
     pub bytes: u32,
     /// Ways, a power of two in 1..=16.
@@ -198,9 +210,9 @@ pub struct BusSpec {
     pub kind: String,
     /// Width (bits): 8, 16, 32, 64 or 128.
     pub width_bits: u32,
-    /// Bus clock (MHz).
+    /// Bus clock (MHz), 1/1000 to 1000 times the board's.
     pub clock_mhz: f64,
-    /// Longest burst (B), a multiple of the width.
+    /// Longest burst (B), a multiple of the width, 16..=2^20.
     pub burst_bytes: u32,
     /// Bus cycles of arbitration before a burst, 0..=4096.
     pub arbitration_cycles: u32,
@@ -226,8 +238,8 @@ impl Default for BoardSpec {
             loader: LoaderSpec::default(),
             icu: IcuSpec::default(),
             fifos: FifoSpec::default(),
-            patch_cache: CacheSpec { bytes: 4096, ways: 2, miss_registers: 2 },
-            list_cache: CacheSpec { bytes: 2048, ways: 2, miss_registers: 2 },
+            patch_cache: PatchCacheSpec::default(),
+            list_cache: ListCacheSpec::default(),
             cluster_buffer: ClusterBufferSpec::default(),
             dram: DramSpec::default(),
             bus: BusSpec::default(),
@@ -262,6 +274,18 @@ impl Default for IcuSpec {
 impl Default for FifoSpec {
     fn default() -> Self {
         FifoSpec { ctu_icu: 16, icu_reducer: 16, results: 256, commands: 2 }
+    }
+}
+
+impl Default for PatchCacheSpec {
+    fn default() -> Self {
+        PatchCacheSpec { bytes: 4096, ways: 2, miss_registers: 2 }
+    }
+}
+
+impl Default for ListCacheSpec {
+    fn default() -> Self {
+        ListCacheSpec { bytes: 2048, ways: 2, miss_registers: 2 }
     }
 }
 
@@ -329,12 +353,7 @@ impl BoardSpec {
         Ok(spec)
     }
 
-    /// Seconds that a number of cycles takes at the board's clock.
-    pub fn seconds(&self, cycles: u64) -> f64 {
-        cycles as f64 / (self.clock_mhz * 1e6)
-    }
-
-    /// Lines that hold what the caches of this memory hierarchy really have: sizes after `memory` is applied.
+    /// Sizes (B) of the caches after `memory` is applied: a level that this hierarchy lacks has 0.
     pub(crate) fn effective_cache_bytes(&self) -> EffectiveCaches {
         let (first, buffer) = match self.memory {
             MemoryLevels::None => (false, false),
@@ -387,6 +406,14 @@ mod tests {
     #[test]
     fn minimal_preset_has_the_number_formats_of_the_default() {
         assert_eq!(BoardSpec::preset("minimal").unwrap().formats, BoardSpec::default().formats);
+    }
+
+    #[test]
+    fn spec_cache_with_its_size_alone_keeps_the_other_defaults() {
+        let spec = BoardSpec::from_toml("[patch_cache]\nbytes = 8192\n[list_cache]\nways = 4").unwrap();
+        assert_eq!(spec.patch_cache, PatchCacheSpec { bytes: 8192, ways: 2, miss_registers: 2 });
+        assert_eq!(spec.list_cache, ListCacheSpec { bytes: 2048, ways: 4, miss_registers: 2 });
+        assert!(BoardSpec::from_toml("[patch_cache]\nlines = 8").is_err());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Ranges of every parameter.
 
-use super::{BoardSpec, CacheSpec};
+use super::BoardSpec;
 use crate::fixed::FormatError;
 
 /// A parameter that cannot be.
@@ -44,6 +44,12 @@ impl SpecError {
     }
 }
 
+/// Most that bus and board clock may differ by: beyond it a run is all waiting, or all bus.
+const MAX_CLOCK_RATIO: f64 = 1000.0;
+
+/// The smallest burst: the longest result record (12 bytes at T = 32) fits.
+const MIN_BURST_BYTES: u32 = 16;
+
 fn range(name: &str, value: impl Into<u64>, allowed: std::ops::RangeInclusive<u64>) -> Result<(), SpecError> {
     let value = value.into();
     check(name, value, allowed.contains(&value), || format!("{} to {}", allowed.start(), allowed.end()))
@@ -61,9 +67,9 @@ fn check(
     Err(SpecError::Range { name: name.into(), value: value.to_string(), expected: expected() })
 }
 
-fn cache(name: &str, c: &CacheSpec) -> Result<(), SpecError> {
-    cache_shape(name, c.bytes, c.ways)?;
-    range(&format!("{name}.miss_registers"), c.miss_registers, 1..=16)
+fn cache(name: &str, bytes: u32, ways: u32, miss_registers: u32) -> Result<(), SpecError> {
+    cache_shape(name, bytes, ways)?;
+    range(&format!("{name}.miss_registers"), miss_registers, 1..=16)
 }
 
 fn cache_shape(name: &str, bytes: u32, ways: u32) -> Result<(), SpecError> {
@@ -85,7 +91,7 @@ impl BoardSpec {
             + self.ctu.depth
             + self.ctu.initiation_interval
             + self.cluster_buffer.cycles
-            + self.dram.row_miss_cycles;
+            + self.dram.row_hit_cycles.max(self.dram.row_miss_cycles);
         self.bus.dma_setup_cycles
             + u64::from(pipes)
             + u64::from(self.bus.arbitration_cycles + 1) * bus_ratio
@@ -118,8 +124,9 @@ impl BoardSpec {
         range("fifos.icu_reducer", self.fifos.icu_reducer, 1..=4096)?;
         range("fifos.results", self.fifos.results, 1..=4096)?;
         range("fifos.commands", self.fifos.commands, 1..=4096)?;
-        cache("patch_cache", &self.patch_cache)?;
-        cache("list_cache", &self.list_cache)?;
+        let (patch, list) = (&self.patch_cache, &self.list_cache);
+        cache("patch_cache", patch.bytes, patch.ways, patch.miss_registers)?;
+        cache("list_cache", list.bytes, list.ways, list.miss_registers)?;
         cache_shape("cluster_buffer", self.cluster_buffer.bytes, self.cluster_buffer.ways)?;
         range("cluster_buffer.cycles", self.cluster_buffer.cycles, 1..=4096)?;
         range("cluster_buffer.miss_registers", self.cluster_buffer.miss_registers, 1..=64)?;
@@ -137,11 +144,16 @@ impl BoardSpec {
         check("bus.width_bits", w, w.is_power_of_two() && (8..=128).contains(&w), || {
             "8, 16, 32, 64 or 128".into()
         })?;
-        check("bus.clock_mhz", self.bus.clock_mhz, mhz(self.bus.clock_mhz), || "0.001 to 100000 MHz".into())?;
+        let (bus_mhz, most) = (self.bus.clock_mhz, MAX_CLOCK_RATIO);
+        let in_ratio = bus_mhz * most >= self.clock_mhz && bus_mhz <= self.clock_mhz * most;
+        check("bus.clock_mhz", bus_mhz, mhz(bus_mhz) && in_ratio, || {
+            format!("0.001 to 100000 MHz, and 1/{most} to {most} times clock_mhz ({})", self.clock_mhz)
+        })?;
         let burst = self.bus.burst_bytes;
         let word = self.bus.width_bits / 8;
-        check("bus.burst_bytes", burst, burst > 0 && burst <= 1 << 20 && burst.is_multiple_of(word), || {
-            format!("a multiple of the bus word, {word} bytes, up to 1 MiB")
+        let fits = (MIN_BURST_BYTES..=1 << 20).contains(&burst) && burst.is_multiple_of(word);
+        check("bus.burst_bytes", burst, fits, || {
+            format!("a multiple of the bus word, {word} bytes, from {MIN_BURST_BYTES} B to 1 MiB")
         })?;
         range("bus.arbitration_cycles", self.bus.arbitration_cycles, 0..=4096)?;
         range("bus.dma_setup_cycles", self.bus.dma_setup_cycles, 0..=1_000_000)?;
@@ -169,7 +181,11 @@ mod tests {
             ("[bus]\nburst_bytes = 6", "bus.burst_bytes = 6"),
             ("clusters.count = 17", "clusters.count = 17"),
             ("= 3", "line 1"),
+            ("[bus]\nburst_bytes = 12", "bus.burst_bytes = 12"),
+            ("[bus]\nclock_mhz = 0.02", "bus.clock_mhz = 0.02"),
+            ("[bus]\nclock_mhz = 26000", "bus.clock_mhz = 26000"),
             ("watchdog_cycles = 40", "watchdog_cycles = 40: expected 1"),
+            ("watchdog_cycles = 4000\n[dram]\nrow_hit_cycles = 4096", "watchdog_cycles = 4000: expected 4"),
         ];
         for (text, expected) in cases {
             let message = BoardSpec::from_toml(text).expect_err(text).to_string();
