@@ -8,7 +8,7 @@
 
 use crate::board::Work;
 use crate::fixed::Formats;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Wire};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, next_in_turn};
 
 use super::{Job, NewRay};
 
@@ -67,8 +67,7 @@ impl BundleGenerator {
             self.current = Some(Current { job, slot, next: 0 });
             return Activity::Work;
         };
-        let n = io.rays.len();
-        let Some(ctu) = (0..n).map(|k| (self.turn + k) % n).find(|&c| io.rays[c].can_push(now)) else {
+        let Some(ctu) = next_in_turn(io.rays.len(), self.turn, |c| io.rays[c].can_push(now)) else {
             return Activity::Stall(Cause::OutputFull);
         };
         self.turn = ctu + 1;

@@ -11,7 +11,7 @@
 
 use std::ops::Range;
 
-use crate::sim::{Activity, Cause, Cycle, Fifo};
+use crate::sim::{Activity, Cause, Cycle, Fifo, next_in_turn};
 use crate::spec::Scheduling;
 
 use super::{HostPort, Job};
@@ -79,22 +79,28 @@ impl Dispatcher {
         if !io.fetches.can_push(now) {
             return Activity::Stall(Cause::OutputFull);
         }
-        let n = self.ranges.len();
-        for k in 0..n {
-            let c = (self.turn + k) % n;
+        let with_room = |c: usize| {
             let commands = &io.clusters[c].commands;
-            let taken = commands.taken(now);
-            if self.issued[c] - taken >= u64::from(commands.depth()) {
-                continue;
-            }
-            let source = if self.scheduling == Scheduling::Ideal { 0 } else { c };
-            let Some(job) = self.ranges[source].next() else { continue };
-            io.fetches.push(now, FetchRequest { cluster: c as u32, job: io.jobs[job] });
-            self.issued[c] += 1;
-            self.turn = c + 1;
-            return Activity::Work;
+            self.issued[c] - commands.taken(now) < u64::from(commands.depth())
+                && !self.ranges[self.source(c)].is_empty()
+        };
+        let Some(c) = next_in_turn(self.ranges.len(), self.turn, with_room) else {
+            return Activity::Stall(Cause::Resource);
+        };
+        let source = self.source(c);
+        let Some(job) = self.ranges[source].next() else { return Activity::Idle };
+        io.fetches.push(now, FetchRequest { cluster: c as u32, job: io.jobs[job] });
+        self.issued[c] += 1;
+        self.turn = c + 1;
+        Activity::Work
+    }
+
+    /// Whose range cluster `c` takes its jobs from.
+    fn source(&self, c: usize) -> usize {
+        match self.scheduling {
+            Scheduling::Static => c,
+            Scheduling::Ideal => 0,
         }
-        Activity::Stall(Cause::Resource)
     }
 }
 

@@ -18,7 +18,7 @@ use crate::datapath::mailbox::Mailbox;
 use crate::functional::CanonicalCounters;
 use crate::memory::{LINE_WORDS, Line, Lookup, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, Wires, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, Wires, next_in_turn, next_set_bit};
 
 use super::{CellRequest, ContextId, ListDone, TestToken};
 
@@ -77,7 +77,7 @@ pub struct PatchLoader {
     contexts_per_ctu: usize,
     list_port: ReadPort,
     patch_port: ReadPort,
-    take_turn: u32,
+    take_turn: usize,
     list_turn: u32,
     patch_turn: u32,
     done_turn: u32,
@@ -336,14 +336,12 @@ impl PatchLoader {
     /// Takes one cell request into a free slot.
     fn take_request(&mut self, now: Cycle, requests: &mut [Fifo<CellRequest>]) -> bool {
         let Some(free) = next_set_bit(self.states.free, 0) else { return false };
-        let n = requests.len() as u32;
-        let Some(ctu) =
-            (0..n).map(|k| (self.take_turn + k) % n).find(|&c| requests[c as usize].front(now).is_some())
-        else {
+        let n = requests.len();
+        let Some(ctu) = next_in_turn(n, self.take_turn, |c| requests[c].front(now).is_some()) else {
             return false;
         };
         self.take_turn = ctu + 1;
-        let Some(CellRequest { context, cell, fresh }) = requests[ctu as usize].pop(now) else {
+        let Some(CellRequest { context, cell, fresh }) = requests[ctu].pop(now) else {
             return false;
         };
         if fresh {

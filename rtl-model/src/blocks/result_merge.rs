@@ -10,7 +10,7 @@
 use crate::datapath::HitWords;
 use crate::functional::CanonicalCounters;
 use crate::packet::MAX_BUNDLE_RAYS;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Wire};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, next_in_turn};
 
 use super::{HostPort, Job, RayResult, ResultEntry};
 
@@ -101,8 +101,7 @@ impl ResultMerge {
         results: &mut [Fifo<RayResult>],
         counters: &mut CanonicalCounters,
     ) -> bool {
-        let n = results.len();
-        let Some(ctu) = (0..n).map(|k| (self.turn + k) % n).find(|&c| results[c].front(now).is_some()) else {
+        let Some(ctu) = next_in_turn(results.len(), self.turn, |c| results[c].front(now).is_some()) else {
             return false;
         };
         self.turn = ctu + 1;

@@ -12,7 +12,7 @@ mod wire;
 pub use account::{Accounts, Activity, BlockAccount, Cause};
 pub use fifo::Fifo;
 pub use pipe::Pipe;
-pub use round_robin::next_set_bit;
+pub use round_robin::{next_in_turn, next_set_bit};
 pub use wire::{Wire, Wires};
 
 /// A count of board clock cycles.

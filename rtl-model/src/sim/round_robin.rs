@@ -10,6 +10,12 @@ pub fn next_set_bit(mask: u64, start: u32) -> Option<u32> {
     Some(if ahead != 0 { ahead.trailing_zeros() } else { mask.trailing_zeros() })
 }
 
+/// The first of `n` requesters that `wants`, from `start <= n` on, going round. No division: it is asked every cycle.
+#[inline]
+pub fn next_in_turn(n: usize, start: usize, mut wants: impl FnMut(usize) -> bool) -> Option<usize> {
+    (start..n).chain(0..start).find(|&i| wants(i))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -27,5 +33,18 @@ mod tests {
         assert_eq!(order, [1, 5, 7, 1, 5, 7]);
         assert_eq!(next_set_bit(0, 3), None);
         assert_eq!(next_set_bit(1 << 63, 64), Some(63));
+    }
+
+    #[test]
+    fn next_in_turn_serves_every_requester_in_turn() {
+        let wants = |i| [1, 5, 7].contains(&i);
+        let mut start = 0;
+        let order = [(); 6].map(|()| {
+            let next = next_in_turn(8, start, wants).unwrap();
+            start = next + 1;
+            next
+        });
+        assert_eq!(order, [1, 5, 7, 1, 5, 7]);
+        assert_eq!(next_in_turn(8, 8, |_| false), None);
     }
 }
