@@ -83,7 +83,7 @@ pub struct CastArgs {
     /// Board to emulate: a preset (delft-1992, minimal) or a TOML file [default: delft-1992]
     #[arg(long, value_name = "NAME|FILE")]
     pub board: Option<String>,
-    /// Wanted number of mesh elements, instead of the scene's [meshing]
+    /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
     /// Seed of every sampling pattern
@@ -245,7 +245,7 @@ pub struct SimulateArgs {
     /// Trace the rays of this file instead of a workload
     #[arg(long, value_name = "FILE.csv")]
     pub rays: Option<PathBuf>,
-    /// Wanted number of mesh elements, instead of the scene's [meshing]
+    /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
     /// Seed of every sampling pattern
@@ -291,7 +291,7 @@ pub struct CompareArgs {
 pub struct InfoArgs {
     /// A scene file, a board file, or the name of a board preset (delft-1992, minimal)
     pub what: PathBuf,
-    /// Wanted number of mesh elements, instead of the scene's [meshing]
+    /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
 }

@@ -145,7 +145,7 @@ pub struct SurfacePatches {
 
 /// A place on the mesh: an element and (s,t) in it.
 ///
-/// Quads: bilinear (s,t) in [0,1]^2. Triangles: weights (1 - s - t, s, t) of corners 0, 1, 2.
+/// Quads: bilinear (s,t) in `[0,1]^2`. Triangles: weights (1 - s - t, s, t) of corners 0, 1, 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// The element.

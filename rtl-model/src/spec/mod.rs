@@ -4,7 +4,7 @@
 //! boards/*.toml or a user's file --from_toml--> BoardSpec --validate--> Board
 //! ```
 //! A board file names only what differs from the defaults below, or everything as `boards/delft-1992.toml` does.
-//! Clock, word lengths, cache and FIFO sizes, bus and arithmetic of the historical board are not public: tagged [I].
+//! Clock, word lengths, cache and FIFO sizes, bus and arithmetic of the historical board are not public: tagged `[I]`.
 
 use serde::{Deserialize, Serialize};
 
