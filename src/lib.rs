@@ -28,4 +28,8 @@ pub mod render;
 
 pub mod image;
 
+pub mod verify;
+
+pub mod vectors;
+
 pub mod report;

@@ -10,7 +10,7 @@
 use crate::datapath::cell_step::advance;
 use crate::datapath::mailbox::Mailbox;
 use crate::datapath::ray_patch::intersect;
-use crate::datapath::{HitWords, RayWords};
+use crate::datapath::{HitWords, PatchWords, RayWords};
 use crate::memory_image::MemoryImage;
 
 pub use crate::datapath::mailbox::MAILBOX_ENTRIES;
@@ -58,6 +58,16 @@ pub struct RayTrace {
 
 /// Traces one ray. `any_hit`: it also ends after the first cell in which anything was hit.
 pub fn trace(image: &MemoryImage, ray: &RayWords, any_hit: bool) -> RayTrace {
+    trace_observed(image, ray, any_hit, |_, _| ())
+}
+
+/// As [`trace`]; `tested` sees every test in order, with its patch and result.
+pub fn trace_observed(
+    image: &MemoryImage,
+    ray: &RayWords,
+    any_hit: bool,
+    mut tested: impl FnMut(&PatchWords, Option<HitWords>),
+) -> RayTrace {
     let mut done = RayTrace::default();
     let mut mailbox = Mailbox::default();
     let mut here = Some(image.grid.cell_of(&image.formats, ray.origin));
@@ -73,7 +83,9 @@ pub fn trace(image: &MemoryImage, ray: &RayWords, any_hit: bool) -> RayTrace {
                 }
                 mailbox.push(patch);
                 done.tests += 1;
-                let hit = intersect(&image.formats, ray, image.patch_ref(patch));
+                let record = image.patch_ref(patch);
+                let hit = intersect(&image.formats, ray, record);
+                tested(record, hit);
                 done.hit = HitWords::nearer(done.hit, hit);
             }
         }

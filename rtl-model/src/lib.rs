@@ -12,6 +12,8 @@ pub mod packet;
 
 pub mod datapath;
 
+pub mod oracle;
+
 pub mod memory_image;
 
 pub mod functional;

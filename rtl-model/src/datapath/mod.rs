@@ -2,6 +2,7 @@
 
 pub mod bundle;
 pub mod cell_step;
+pub mod first_test;
 mod hemisphere;
 pub mod mailbox;
 pub mod ray_patch;

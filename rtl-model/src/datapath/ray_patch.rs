@@ -133,8 +133,8 @@ pub struct Taps {
     pub c: [[i64; 3]; 5],
     /// Their edge values.
     pub e: [i128; 5],
-    /// One entry a triangle.
-    pub triangles: Vec<TriangleTaps>,
+    /// The triangles v0 v1 v2 and, of a quad, v0 v2 v3.
+    pub triangles: [Option<TriangleTaps>; 2],
 }
 
 /// Wires of one triangle of a patch, computed whether the ray is inside or not.
@@ -172,12 +172,12 @@ pub fn taps(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Taps {
         TriangleTaps { inside, n, den, num, num_shifted: num << up, den_shifted: den << down }
     };
     let triangles = if patch.is_triangle {
-        vec![wires([c[0], c[1], c[2]], [e[0], e[1], e[2]])]
+        [Some(wires([c[0], c[1], c[2]], [e[0], e[1], e[2]])), None]
     } else {
         let c20 = c[EDGE_02].map(|word| -word);
-        vec![
-            wires([c[EDGE_01], c[EDGE_12], c20], [e[EDGE_01], e[EDGE_12], -e[EDGE_02]]),
-            wires([c[EDGE_02], c[EDGE_23], c[EDGE_30]], [e[EDGE_02], e[EDGE_23], e[EDGE_30]]),
+        [
+            Some(wires([c[EDGE_01], c[EDGE_12], c20], [e[EDGE_01], e[EDGE_12], -e[EDGE_02]])),
+            Some(wires([c[EDGE_02], c[EDGE_23], c[EDGE_30]], [e[EDGE_02], e[EDGE_23], e[EDGE_30]])),
         ]
     };
     Taps { a, c, e, triangles }

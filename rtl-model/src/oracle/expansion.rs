@@ -1,0 +1,1 @@
+//! Exact sums and products of f64 as expansions.
