@@ -108,7 +108,17 @@ fn any_formats() -> impl Strategy<Value = Formats> {
         })
 }
 
-/// Random patches, patches flat in cell planes, points and lines, and copies of all under other ids.
+/// Turns a ray toward the middle of two corners of a patch.
+fn aim(formats: &Formats, ray: RayWords, patch: &PatchWords, corner: usize) -> RayWords {
+    let (p, q) = (patch.corners[corner % 4], patch.corners[corner / 4]);
+    let toward = [0, 1, 2].map(|k| i64::from(p[k]) + i64::from(q[k]) - 2 * i64::from(ray.origin[k]));
+    let most = toward.iter().map(|w| w.abs()).max().unwrap();
+    let one = (1_i64 << formats.dir_frac_bits) - 1;
+    if most == 0 { ray } else { RayWords { dir: toward.map(|w| (w * one / most) as i32), ..ray } }
+}
+
+/// Random patches, patches flat in cell planes, points and lines, and copies of all under other ids; rays anywhere, and
+/// toward the corners, edges and middles of patches.
 fn scene() -> impl Strategy<Value = (Formats, Vec<PatchWords>, Vec<RayWords>)> {
     let flatten = |(mut patch, kind, axis): (PatchWords, u32, usize)| {
         let first = patch.corners[0];
@@ -125,9 +135,14 @@ fn scene() -> impl Strategy<Value = (Formats, Vec<PatchWords>, Vec<RayWords>)> {
     any_formats().prop_flat_map(move |formats| {
         let (f, d, t) = (formats.coord_frac_bits, formats.dir_frac_bits, formats.t_frac_bits);
         let patch = (test_support::patch(f), 0_u32..10, 0_usize..3).prop_map(flatten);
-        let rays = prop::collection::vec(test_support::ray(f, d, t), RAYS_A_CASE);
+        let rays = prop::collection::vec((test_support::ray(f, d, t), 0_usize..40, 0_usize..16), RAYS_A_CASE);
         (Just(formats), prop::collection::vec(patch, 0..20), 0_usize..6, 0_u32..3, rays).prop_map(
             |(formats, mut patches, copies, order, rays)| {
+                let rays = rays.into_iter().map(|(ray, target, corner)| match patches.get(target) {
+                    Some(patch) => aim(&formats, ray, patch, corner),
+                    None => ray,
+                });
+                let rays = rays.collect();
                 patches.extend_from_within(..copies.min(patches.len()));
                 (formats, with_ids(patches, order), rays)
             },
