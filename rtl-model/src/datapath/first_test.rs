@@ -7,12 +7,12 @@
 //!                        2 E_ij from |p_i|, |p_j|, |a^_j - a^_i| -----+--> e^ - E, e^ + E -> Miss, Inside, Undecided
 //! ```
 //! **Words.** The differences a_i are exact. s is the smallest shift that brings every one of them into [-2^B, 2^B),
-//! B = `bits`; then a^ = floor(a/2^s + 1/2), and d^ likewise with its own r: words in -2^B..=2^B. So near and far patches
-//! use all B bits. p and e^ are exact from there on, and |e^| <= 4 2^3B: a word of 3B + 4 bits.
+//! B = `bits`; then a^ = floor(a/2^s + 1/2), and d^ likewise with its own r: words in -2^B..=2^B. So near and far
+//! patches use all B bits. p and e^ are exact from there on, and |e^| <= 4 2^3B: a word of 3B + 4 bits.
 //!
 //! **Bound.** Write |x| for the sum of magnitudes, m(x) for the sum of the two largest, A = a/2^s = a^ + alpha,
-//! d/2^r = d^ + delta, with every |alpha_k|, |delta_k| <= 1/2; sigma = 0 if s = 0 (then alpha = 0), else 1; rho likewise for
-//! r and delta. With u^ = a^_j - a^_i:
+//! d/2^r = d^ + delta, with every |alpha_k|, |delta_k| <= 1/2; sigma = 0 if s = 0 (then alpha = 0), else 1; rho
+//! likewise for r and delta. With u^ = a^_j - a^_i:
 //!
 //! ```text
 //! e/2^(2s+r) = det(A_i, A_j, d^) + det(A_i, A_j, delta)
@@ -20,8 +20,8 @@
 //!      |alpha_i . p_j| <= sigma/2 |p_j|, |alpha_j . p_i| <= sigma/2 |p_i|; a component of alpha x alpha is at most
 //!      1/4 + 1/4, so the last is <= sigma/2 |d^|
 //! 2. det(A_i, A_j, delta) = det(A_i, A_j - A_i, delta) = (A_j - A_i) . (delta x A_i)
-//!      a component of delta x A_i is at most rho/2 m(A_i), and m(A_i) <= m(a^_i) + sigma; |A_j - A_i| <= |u^| + 3 sigma.
-//!      The same holds with A_j in the place of A_i: the smaller m counts
+//!      a component of delta x A_i is at most rho/2 m(A_i), and m(A_i) <= m(a^_i) + sigma; |A_j - A_i| <= |u^| + 3 sigma
+//!      (a component of alpha_j - alpha_i is at most 1). The same holds with A_j for A_i: the smaller m counts
 //! 3. the exact unit with rounded products takes e_K = c_K . d, 2^drop c_K = c + eps, |eps_k| <= w 2^drop, w = 1/2 to
 //!      nearest, 1 for floor: |2^drop e_K - e| <= w 2^drop |d|, and |d|/2^r <= |d^| + 3/2 rho <= |d^| + 2 rho
 //!
@@ -31,19 +31,20 @@
 //! So the edge value whose sign the exact unit takes, over the positive 2^(2s+r) (2^(2s+r-drop) if rounded), lies in
 //! [e^ - E, e^ + E]. (|a^_i x a^_j| in the place of |u^| m(a^) would be tighter, for 30 more products a quad.)
 //!
-//! **Verdict.** The exact test says inside when "some e < 0" and "some e > 0" differ. If the intervals make both certain,
-//! so is the triangle. A quad is missed when both triangles are, and met when one is, or when its four outer edges
-//! would pass as a loop: say none is negative, one positive; then e_02 <= 0 leaves the first triangle without a
+//! **Verdict.** The exact test says inside when "some e < 0" and "some e > 0" differ. If the intervals make both
+//! certain, so is the triangle. A quad is missed when both triangles are, and met when one is, or when its four outer
+//! edges would pass as a loop: say none is negative, one positive; then e_02 <= 0 leaves the first triangle without a
 //! negative edge value, e_02 >= 0 the second, and one of those two has a positive one. So nothing hangs on the
-//! diagonal. Words that fit (s = r = drop = 0) have E = 0: nothing stays open. Zeros and degenerate patches need no special case.
+//! diagonal. Words that fit (s = r = drop = 0) have E = 0: nothing stays open. Zeros and degenerate patches need no
+//! special case.
 //!
-//! **Behind.** With full products a hit has t d = sum w_i a_i, w_i >= 0 (the e's over den: Cramer's rule on a_0, a_1, a_2).
-//! If on an axis d_k >= 0 and every a_ik < 0, then t d_k < 0, so t < 0, which the exact test refuses by sign; d_k <= 0
-//! and every a_ik > 0 likewise. Rounded products break the identity, so then this rule rests.
+//! **Behind.** With full products a hit has t d = sum w_i a_i, w_i >= 0 (the e's over den: Cramer's rule on a_0, a_1,
+//! a_2). If on an axis d_k >= 0 and every a_ik < 0, then t d_k < 0, so t < 0, which the exact test refuses by sign;
+//! d_k <= 0 and every a_ik > 0 likewise. Rounded products break the identity, so then this rule rests.
 //!
 //! **Cost** of a quad, with b = B + 2 bits signed: 24 products b x b for p, 15 of b x (2B + 3) for e^, 5 of b x (B + 3)
-//! for E, where the exact test takes 30 of (F+2) x (F+2) and 15 of (K+4) x (D+1). With full products E needs 72 adders of at
-//! most 2B + 5 bits and 13 comparators beside.
+//! for E, where the exact test takes 30 of (F+2) x (F+2) and 15 of (K+4) x (D+1). With full products E needs beside them
+//! 72 adders of at most 2B + 5 bits and 13 comparators.
 //!
 //! Source: static and dynamic filters of geometric predicates (Shewchuk 1997), here in block floating point.
 //! Not modelled: time, the range of t.

@@ -276,9 +276,10 @@ fn shares_on_a_mesh_fall_with_width_under_the_stated_figures() {
         undecided.push(pairs.iter().filter(open).count());
         wrong.push(pairs.iter().filter(differs).count());
     }
+    // The list begins at 4 bits.
     let at = |bits: usize| undecided[bits - 4];
     assert!(undecided.is_sorted_by(|wide, narrow| wide >= narrow), "{undecided:?}");
-    eprintln!("{undecided:?} {wrong:?}");
-    assert!(at(4) > 9_000 && at(8) < 4_000 && at(12) < 300 && at(16) < 30, "{undecided:?}");
-    assert!(wrong[0] > 500 && wrong[12] < 10, "{wrong:?}");
+    // Measured: 95.6, 18.9, 0.60 and 0.04 %; alone, 0.79 % are wrong at 8 bits.
+    assert!(at(4) > 9_000 && at(8) < 2_200 && at(12) < 75 && at(16) < 10, "{undecided:?}");
+    assert!(wrong[4] > 50 && wrong[12] < 10, "{wrong:?}");
 }

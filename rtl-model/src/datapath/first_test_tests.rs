@@ -37,11 +37,11 @@ fn exactly_inside(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> bool
     taps(formats, ray, patch).triangles.iter().flatten().any(|t| t.inside)
 }
 
-/// Never a wrong answer, at any width.
+/// Never a wrong answer, at a third of the widths, another third for the next pair.
 fn assert_sound(tally: &Tally, formats: &Formats, ray: &RayWords, patch: &PatchWords) -> TestCaseResult {
     let hit = ray_patch::intersect(formats, ray, patch);
     let inside = exactly_inside(formats, ray, patch);
-    for bits in WIDTHS {
+    for bits in WIDTHS.skip(crate::fixed::index(tally.pairs.get() % 3)).step_by(3) {
         let count = match first_test(formats, bits, ray, patch) {
             FirstTest::Miss => {
                 prop_assert_eq!(hit, None, "{} bits, {:?}, {:?}", bits, ray, patch);
@@ -92,7 +92,8 @@ fn aimed(
     rays
 }
 
-/// Patches that are hard: slivers, points, lines, cube corners, mesh-like ones, next to the usual ones.
+/// Patches that are hard: slivers, points, lines, cube corners, mesh-like ones, next to the usual ones; a triangle's
+/// fourth corner is anything.
 fn hard_patch(f: u32) -> impl Strategy<Value = PatchWords> {
     let one = 1_i32 << f;
     let small = move |most: i32| [-most..=most, -most..=most, -most..=most];
@@ -119,9 +120,6 @@ fn hard_patch(f: u32) -> impl Strategy<Value = PatchWords> {
                 // A line.
                 4 => corners[1] = [0, 1, 2].map(|k| i32::midpoint(corners[0][k], corners[2][k])),
                 _ => {}
-            }
-            if patch.is_triangle {
-                corners[3] = corners[2];
             }
             PatchWords { corners, ..patch }
         },
