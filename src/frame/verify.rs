@@ -175,7 +175,7 @@ mod tests {
     fn verify_a_scene_too_large_for_the_board_is_refused() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/point-room/scene.toml");
         let mut board = BoardSpec::preset("minimal").unwrap();
-        board.dram.bytes = 1024;
+        board.dram.bytes = 4096;
         let options = VerifyOptions {
             n_rays: 10,
             n_clocked: 0,
@@ -184,7 +184,7 @@ mod tests {
             picture: RenderOptions::default(),
             compare_image: false,
         };
-        let error = verify_scene(&path, Some(100), &board, &options, &mut |_| {}).unwrap_err();
+        let error = verify_scene(&path, Some(1000), &board, &options, &mut |_| {}).unwrap_err();
         assert!(error.to_string().contains("patch memory"), "{error}");
     }
 }

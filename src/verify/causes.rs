@@ -39,11 +39,12 @@
 //! this derivation.
 //!
 //! # Rounded products
-//! With K < 2F kept bits a component of an edge normal is off by r = 2^-K / 2 (to nearest) or 2^-K (down), its edge
-//! value by r (|dx| + |dy| + |dz|), which moves the edge's line by that over |edge x d|: added to eps for that edge, and the line is
-//! taken instead of the segment, because corners move farther along it than across. The face normal, a sum of three,
-//! is off by 3 sqrt(3) r, which tilts the plane about v0: eps at a hit grows by tilt times its distance from v0, to
-//! first order (tilts over 1/2 bound nothing).
+//! With K < 2F kept bits a component of an edge normal is off by at most r = 2^-K / 2 (to nearest) or 2^-K (down), an
+//! edge value by r (|dx| + |dy| + |dz|). Where an edge value of A or B, computed from the board's words without
+//! rounding, lies within that of 0, its sign may be wrong: cause **edge**, and nothing bounds t. Everywhere else the
+//! board decides as with full products. The face normal, a sum of three, is off by 3 sqrt(3) r, which tilts the plane
+//! about v0: eps at a hit grows by twice that over the normal's length times the distance from v0 (an angle and its
+//! sine; ratios over 1/2 bound nothing).
 
 use glam::DVec3;
 use rtl_model::datapath::{HitWords, PatchWords};
@@ -150,6 +151,9 @@ impl<'a> Bounds<'a> {
 
     /// Bound on the error of the distance of a hit of `patch` at about board t `t`.
     fn bound(&self, ray: &VerifiedRay, patch: usize, t: f64) -> f64 {
+        if self.cross_error > 0.0 && self.has_open_sign(ray, patch) {
+            return f64::INFINITY;
+        }
         let line = self.line(ray);
         let [corners, quantised] = self.corners(patch);
         let mut nearest = f64::INFINITY;
@@ -191,7 +195,11 @@ impl<'a> Bounds<'a> {
         let line = self.line(ray);
         let ends = self.ends(ray);
         let limit_t = ends[0].max(ends[1]).min(4.0);
-        if hits().any(|hit| self.passes_edge(ray, &line, hit.patch, limit_t)) {
+        let edge = |hit: &Reach| {
+            self.passes_edge(ray, &line, hit.patch, limit_t)
+                || (self.cross_error > 0.0 && self.has_open_sign(ray, hit.patch))
+        };
+        if hits().any(edge) {
             return Cause::Edge;
         }
         if let (Some(b), Some(s)) = (board, software)
@@ -212,6 +220,23 @@ impl<'a> Bounds<'a> {
         [ray.host.t_max * ray.t_scale, ray.words.t_max as f64 * 0.5_f64.powi(self.formats.t_frac_bits as i32)]
     }
 
+    /// Rounded products may have given an edge value of the patch another sign.
+    fn has_open_sign(&self, ray: &VerifiedRay, patch: usize) -> bool {
+        let step = |bits: u32| 0.5_f64.powi(bits as i32);
+        let real = |words: [i32; 3], bits: u32| DVec3::from_array(words.map(f64::from)) * step(bits);
+        let (origin, dir) = (
+            real(ray.words.origin, self.formats.coord_frac_bits),
+            real(ray.words.dir, self.formats.dir_frac_bits),
+        );
+        let [_, corners] = self.corners(patch);
+        let a = corners.map(|corner| corner - origin);
+        // f64's own error of an edge value: components up to 2, 10 units each as in the software caster.
+        let open = (self.cross_error + 40.0 * f64::EPSILON) * dir.abs().element_sum();
+        edges(self.patches[patch].is_triangle, true)
+            .iter()
+            .any(|&(i, j)| a[i].cross(a[j]).dot(dir).abs() <= open)
+    }
+
     /// The line passes a boundary edge of the patch within eps(t) at some t in 0..=`limit_t`.
     fn passes_edge(&self, ray: &VerifiedRay, line: &Line, patch: usize, limit_t: f64) -> bool {
         let both = self.corners(patch);
@@ -226,30 +251,27 @@ impl<'a> Bounds<'a> {
             let n_positive = sides.clone().filter(|side| *side).count();
             n_positive != 0 && n_positive != sides.count()
         };
-        let edges: &[(usize, usize)] = match self.patches[patch].is_triangle {
-            true => &[(0, 1), (1, 2), (2, 0)],
-            false if outline() => &[(0, 1), (1, 2), (2, 3), (3, 0), (0, 2)],
-            false => &[(0, 1), (1, 2), (2, 3), (3, 0)],
-        };
-        edges.iter().any(|&(i, j)| {
+        let is_triangle = self.patches[patch].is_triangle;
+        edges(is_triangle, outline()).iter().any(|&(i, j)| {
             let (from, edge) = (corners[i], corners[j] - corners[i]);
             let off = |t: f64| {
                 let a = line.at(t) - from;
-                let mut along = a.dot(edge) / edge.length_squared();
-                if self.cross_error == 0.0 {
-                    along = along.clamp(0.0, 1.0);
-                }
+                let along = (a.dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
                 // A quantised point has no direction.
                 let nearest = if along.is_finite() { along * edge } else { DVec3::ZERO };
                 (a - nearest).length() - ray.slope * t
             };
-            let l1 = line.dir.abs().element_sum();
-            let moved = match self.cross_error > 0.0 {
-                true => self.cross_error * l1 / edge.cross(line.dir).length(),
-                false => 0.0,
-            };
-            least(off, limit_t) <= self.eps_0 + moved
+            least(off, limit_t) <= self.eps_0
         })
+    }
+}
+
+/// The edges of a patch, without and with a quad's diagonal.
+fn edges(is_triangle: bool, diagonal: bool) -> &'static [(usize, usize)] {
+    match (is_triangle, diagonal) {
+        (true, _) => &[(0, 1), (1, 2), (2, 0)],
+        (false, true) => &[(0, 1), (1, 2), (2, 3), (3, 0), (0, 2)],
+        (false, false) => &[(0, 1), (1, 2), (2, 3), (3, 0)],
     }
 }
 

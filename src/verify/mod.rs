@@ -163,6 +163,23 @@ pub struct Misclassified {
     pub unexplained: u64,
 }
 
+impl Misclassified {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.edge + self.depth_tie + self.t_step + self.unexplained
+    }
+
+    /// These and those.
+    pub fn plus(self, other: Misclassified) -> Misclassified {
+        Misclassified {
+            edge: self.edge + other.edge,
+            depth_tie: self.depth_tie + other.depth_tie,
+            t_step: self.t_step + other.t_step,
+            unexplained: self.unexplained + other.unexplained,
+        }
+    }
+}
+
 /// A ray whose answers differ for no known cause.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unexplained {
@@ -246,6 +263,8 @@ pub struct Verification {
     pub oracle_scope: OracleScope,
     /// Against software.
     pub misclassified: Misclassified,
+    /// The same, by purpose, in the order of `rays`.
+    pub misclassified_by_purpose: Vec<(Purpose, Misclassified)>,
     /// The first ray for whose difference no cause was found.
     pub first_unexplained: Option<Unexplained>,
     /// Against software.
@@ -336,7 +355,8 @@ fn verify_subject(
         n_mismatches: found.n,
         first_mismatch: found.first,
         oracle_scope: exact::scope(quantizer.formats()),
-        misclassified: against_software.misclassified,
+        misclassified: against_software.misclassified(),
+        misclassified_by_purpose: against_software.by_purpose,
         first_unexplained: against_software.first_unexplained,
         t_error: against_software.t_error,
         wires: tests.seen.margins(quantizer.formats()),

@@ -24,9 +24,28 @@ const RAYS_PER_CHUNK: usize = 512;
 /// What the comparison showed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AgainstSoftware {
-    pub misclassified: Misclassified,
+    /// In the order of the purposes.
+    pub by_purpose: Vec<(Purpose, Misclassified)>,
     pub first_unexplained: Option<Unexplained>,
     pub t_error: TError,
+}
+
+impl AgainstSoftware {
+    /// Over all purposes.
+    pub fn misclassified(&self) -> Misclassified {
+        self.by_purpose.iter().fold(Misclassified::default(), |sum, (_, of)| sum.plus(*of))
+    }
+
+    fn count(&mut self, purpose: Purpose) -> &mut Misclassified {
+        let at = match self.by_purpose.iter().position(|(p, _)| *p == purpose) {
+            Some(at) => at,
+            None => {
+                self.by_purpose.push((purpose, Misclassified::default()));
+                self.by_purpose.len() - 1
+            }
+        };
+        &mut self.by_purpose[at].1
+    }
 }
 
 /// What one ray showed.
@@ -61,7 +80,9 @@ pub(super) fn compare(
             .map(|(ray, answer, hit)| outcome(&bounds, ray, answer, hit.as_ref()))
             .collect();
         for (i, outcome) in outcomes.into_iter().enumerate() {
-            let count = &mut all.misclassified;
+            let index = number * RAYS_PER_BATCH + i;
+            let purpose = rays.groups[rays.groups.partition_point(|g| g.first + g.n <= index)].purpose;
+            let count = all.count(purpose);
             match outcome {
                 Outcome::BothMiss => {}
                 Outcome::SamePatch(error, of_bound) => {
@@ -73,11 +94,9 @@ pub(super) fn compare(
                 Outcome::Differs(Cause::TStep) => count.t_step += 1,
                 Outcome::Differs(Cause::Unexplained) => {
                     count.unexplained += 1;
-                    let index = number * RAYS_PER_BATCH + i;
-                    let at = rays.groups.partition_point(|g| g.first + g.n <= index);
                     let ray = &rays_of_batch[i];
                     all.first_unexplained.get_or_insert(Unexplained {
-                        purpose: rays.groups[at].purpose,
+                        purpose,
                         index: index as u64,
                         ray: ray.words,
                         board: answers[i].nearest,
@@ -89,15 +108,16 @@ pub(super) fn compare(
     }
     all.t_error.n = errors.len() as u64;
     errors.sort_unstable_by(f64::total_cmp);
-    // The smallest value that at least this share of all do not exceed.
-    let quantile = |share: f64| {
-        let place = (share * errors.len() as f64).ceil() as usize;
-        errors.get(place.saturating_sub(1)).copied().unwrap_or(0.0)
-    };
-    all.t_error.median_steps = quantile(0.5);
-    all.t_error.p99_steps = quantile(0.99);
-    all.t_error.max_steps = quantile(1.0);
+    all.t_error.median_steps = quantile(&errors, 0.5);
+    all.t_error.p99_steps = quantile(&errors, 0.99);
+    all.t_error.max_steps = quantile(&errors, 1.0);
     Ok(all)
+}
+
+/// The smallest of ascending values that at least this share of them do not exceed; 0 of none.
+fn quantile(ascending: &[f64], share: f64) -> f64 {
+    let place = (share * ascending.len() as f64).ceil() as usize;
+    ascending.get(place.saturating_sub(1)).copied().unwrap_or(0.0)
 }
 
 fn outcome(bounds: &Bounds<'_>, ray: &VerifiedRay, answer: &Answer, software: Option<&RayHit>) -> Outcome {
@@ -111,5 +131,18 @@ fn outcome(bounds: &Bounds<'_>, ray: &VerifiedRay, answer: &Answer, software: Op
             Outcome::SamePatch(error, of_bound)
         }
         _ => Outcome::Differs(bounds.cause(ray, board.as_ref(), met.as_ref())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantile_of_known_values_is_the_smallest_that_covers_the_share() {
+        let values: Vec<f64> = (1..=200).map(f64::from).collect();
+        assert_eq!([0.5, 0.99, 1.0].map(|share| quantile(&values, share)), [100.0, 198.0, 200.0]);
+        assert_eq!(quantile(&[3.0], 0.5), 3.0);
+        assert_eq!(quantile(&[], 0.5), 0.0);
     }
 }
