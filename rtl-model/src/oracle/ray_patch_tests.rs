@@ -60,7 +60,7 @@ proptest! {
                     ray.origin = patch.corners[corner];
                 }
                 let test = Test::new(&formats, &ray, &patch);
-                for edge in QUAD_EDGES.iter().chain(&QUAD[0]) {
+                for edge in QUAD.iter().flatten().chain(&TRIANGLE) {
                     let forward = Edge { backward: false, ..*edge };
                     let expansion = test.along(&test.normal(&forward), test.dir).sign();
                     prop_assert_eq!(test.orientation(&forward), expansion);
@@ -85,9 +85,13 @@ proptest! {
         for ray in rays {
             let test = Test::new(&formats, &ray, &patch);
             let wires = wires(&formats, &ray, &patch);
-            for (triangle, edges) in wires.triangles.iter().flatten().zip(&QUAD) {
-                let edges = if patch.is_triangle { &TRIANGLE } else { edges };
+            let loops: &[[Edge; 3]] = if patch.is_triangle { &[TRIANGLE] } else { &QUAD };
+            for (triangle, edges) in wires.triangles.iter().flatten().zip(loops) {
                 prop_assert_eq!(triangle.inside, test.contains(edges));
+                for edge in edges {
+                    let sign = test.along(&test.normal(edge), test.dir).sign();
+                    prop_assert!(test.clear_side(edge).is_none_or(|clear| clear == sign));
+                }
                 // The face's den is the sum of the edge values.
                 let sum = edges.iter().map(|edge| test.along(&test.normal(edge), test.dir).to_i128()).sum::<i128>();
                 prop_assert_eq!(triangle.den, sum);
@@ -100,8 +104,11 @@ proptest! {
 
     #[test]
     fn rounded_quotient_of_wide_words_equals_its_definition(
-        den in prop_oneof![1_i128..20, 1_i128..1 << 45, 1_i128..1 << 88],
-        q in prop_oneof![0_i128..4, 0_i128..=1 << 34],
+        (den, q) in prop_oneof![
+            (1_i128..20, 0_i128..=1 << 34),
+            (1_i128..1 << 69, 0_i128..=1 << 34),
+            (1_i128..1 << 88, 0_i128..1 << 15),
+        ],
         at in 0_usize..6,
         near in -2_i128..=2,
     ) {
@@ -113,23 +120,13 @@ proptest! {
     }
 }
 
-/// An integer of up to 124 bits whose lowest 19 are no more than it needs in two parts.
+/// An integer under 2^105.
 fn wire(value: i128) -> Wire {
-    let mut sum = Expansion::<3>::ZERO;
-    for (low, high) in [(0, 45), (45, 90), (90, 127)] {
-        sum.add(((value >> low) & ((1_i128 << (high - low)) - 1)) as f64 * power_of_two(low));
-    }
-    // Numerators here may be wider than any wire: then the lowest bits are not needed.
-    let two: Wire = if value.abs() < 1 << 100 { sum.compress() } else { return coarse(value) };
-    assert_eq!(two.to_i128(), value);
-    two
-}
-
-fn coarse(value: i128) -> Wire {
     let mut sum = Wire::ZERO;
-    let high = value >> 75 << 75;
+    let high = value >> 52 << 52;
     sum.add((value - high) as f64);
     sum.add(high as f64);
+    assert_eq!(sum.to_i128(), value);
     sum
 }
 

@@ -132,7 +132,7 @@ impl Class {
             Class::Grazing => &[(Kind::InPlane, 200), (Kind::Hit, 10), (Kind::Behind, 10)],
             Class::OnPatch => &[(Kind::HitAtZero, 300)],
             Class::Sliver => &[(Kind::Hit, 50), (Kind::Behind, 1)],
-            Class::CubeCorner => &[(Kind::Hit, 50), (Kind::Behind, 50), (Kind::EdgeZero, 50)],
+            Class::CubeCorner => &[(Kind::Hit, 50), (Kind::Behind, 10), (Kind::EdgeZero, 50)],
             Class::ExtremeWords => &[(Kind::Hit, 5), (Kind::Behind, 5), (Kind::EdgeZero, 50)],
             Class::RangeEnd => &[(Kind::HitAtMax, 100), (Kind::Beyond, 100)],
             Class::TinyDen => &[(Kind::UnitDen, 50), (Kind::HitAtEdge, 50)],

@@ -58,7 +58,8 @@ pub fn patch(corners: [Point; 4], is_triangle: bool, draw: &mut Draw) -> PatchWo
 pub fn any_patch(formats: &Formats, draw: &mut Draw) -> PatchWords {
     let f = formats.coord_frac_bits;
     let v0 = draw.signed_point(f);
-    let size = draw.below(f);
+    // Half of them large: a random ray seldom meets a small one.
+    let size = draw.below(3).max(draw.below(2) * draw.below(f));
     let (u, w) = (draw.signed_point(f - size), draw.signed_point(f - size));
     let bent = match draw.below(3) {
         0 => [0; 3],
