@@ -102,3 +102,82 @@ fn count_two_rays_sums_their_work() {
     let expected = CanonicalCounters { bundles: 0, rays: 2, cells: 5, list_entries: 6, tests: 5, hits: 1 };
     assert_eq!(counters, expected);
 }
+
+/// A ray to the plane between two cells, all distances, speeds and limits around every rounding of t: it enters the
+/// second cell exactly when the plane's rounded t is at most its limit. One step of t is one distance over speed.
+#[test]
+fn trace_limit_at_every_rounding_of_the_plane_enters_the_next_cell_only_when_it_may_matter() {
+    let (mut ends, mut steps) = (0, 0);
+    for rounding in [Rounding::NearestEven, Rounding::HalfAway, Rounding::Floor] {
+        let formats = Formats { rounding, ..formats(16, 8, 8) };
+        let image = MemoryImage::build(&formats, &[], Some(1));
+        for speed in [128, 129, 150, 192, 255] {
+            for distance in 0..6 * speed {
+                let t = f64::from(distance) / f64::from(speed);
+                let t = match rounding {
+                    Rounding::NearestEven => t.round_ties_even(),
+                    Rounding::HalfAway => t.round(),
+                    Rounding::Floor => t.floor(),
+                };
+                for t_max in 0..8_u64 {
+                    let ray = RayWords { origin: [-distance, 99, 99], dir: [speed, 0, 0], t_max };
+                    // On the plane itself the half-open cell of the origin is already the second one.
+                    let enters = distance > 0 && t <= t_max as f64;
+                    let cells = trace(&image, &ray, false).cells;
+                    assert_eq!(cells, 1 + u32::from(enters), "{rounding:?} {distance}/{speed} {t_max}");
+                    *(if enters { &mut steps } else { &mut ends }) += 1;
+                }
+            }
+        }
+    }
+    assert!(ends > 10_000 && steps > 10_000, "{ends} ended, {steps} stepped on");
+}
+
+/// Two walls beside a cell plane whose t round to one word: the smaller id wins, be it in the cell behind.
+#[test]
+fn trace_two_walls_of_one_t_on_both_sides_of_a_plane_answers_the_smaller_id() {
+    let wall = |x: i32, id| {
+        let corners = [[x, -500, -500], [x, 500, -500], [x, 500, 500], [x, -500, 500]];
+        PatchWords { corners, is_triangle: false, id }
+    };
+    // t = x / 128: 1.25 and 1.375 with the plane at 1.3125 between them.
+    let ray = RayWords { origin: [-168, 0, 0], dir: [128, 0, 0], t_max: 1024 };
+    for (rounding, t) in [(Rounding::NearestEven, 1), (Rounding::HalfAway, 1), (Rounding::Floor, 1)] {
+        let formats = Formats { rounding, ..formats(16, 8, 8) };
+        for (front, behind) in [(0, 1), (1, 0)] {
+            let patches = [wall(-8, front), wall(8, behind)];
+            let image = MemoryImage::build(&formats, &patches, Some(1));
+            let hit = trace(&image, &ray, false);
+            assert_eq!(hit.hit.map(|h| (h.t, h.patch)), Some((t, 0)), "{rounding:?} {front} {behind}");
+            assert_eq!((hit.cells, hit.tests), (2, 2));
+        }
+    }
+}
+
+/// A wall in the first of two cells, and one that slants through both and is met behind the plane.
+#[test]
+fn trace_wall_in_the_first_cell_ends_there_and_any_hit_ends_with_whatever_it_found() {
+    let formats = formats(8, 8, 8);
+    let ray = RayWords { origin: [-128, 0, 0], dir: [255, 0, 0], t_max: formats.t_limit() };
+    let slanted = |at: i32, lean: i32, id| {
+        let corners = [[at, -50, -50], [at - lean, 50, -50], [at - lean, 50, 50], [at, -50, 50]];
+        PatchWords { corners, is_triangle: false, id }
+    };
+    let work = |patches: &[PatchWords], any_hit| {
+        let done = trace(&MemoryImage::build(&formats, patches, Some(1)), &ray, any_hit);
+        (done.hit.map(|hit| hit.patch), done.cells, done.list_entries, done.tests)
+    };
+    let near = slanted(-64, 0, 7);
+    assert_eq!(work(&[near], false), (Some(7), 1, 1, 1));
+    assert_eq!(work(&[near], true), (Some(7), 1, 1, 1));
+    // Through x = -30 to 50, met at x = 10: listed in both cells, tested once.
+    let both = slanted(50, 80, 8);
+    assert_eq!(work(&[both], false), (Some(8), 2, 2, 1));
+    assert_eq!(work(&[both], true), (Some(8), 1, 1, 1));
+    // Another one before that in the second cell; the any-hit ray never sees it.
+    assert_eq!(work(&[both, slanted(5, 0, 9)], false), (Some(9), 2, 3, 2));
+    assert_eq!(work(&[both, slanted(5, 0, 9)], true), (Some(8), 1, 1, 1));
+}
+
+#[path = "functional_oracle_tests.rs"]
+mod oracle;
