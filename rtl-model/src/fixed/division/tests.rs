@@ -405,7 +405,7 @@ fn dividers_registers_stay_in_their_widths_in_every_cycle() {
         Ok(())
     });
     result.unwrap();
-    assert!(n_values.get() > 1_000_000, "{}", n_values.get());
+    assert!(n_values.get() > 500_000, "{}", n_values.get());
 }
 
 /// The rows of a unit's width table as (name, bits, fraction bits, largest magnitude).
@@ -435,7 +435,7 @@ fn dividers_width_tables_at_the_default_formats_are_those_of_their_docs() {
         ("div_reciprocal", 33, 31, (1 << 32) + 2),
         ("div_factor", 32, 31, factor),
         ("div_quotient", 27, 24, four + 1),
-        ("div_remainder", 102, 0, num),
+        ("div_remainder", 101, 0, num),
     ];
     assert_eq!(rows(&unit.width_table()), expected);
     let floor = DividerFormat { rounding: Rounding::Floor, ..format };
