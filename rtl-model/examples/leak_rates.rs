@@ -1,6 +1,7 @@
 //! Prints how many rays escape from closed meshes when the edge normals are rounded to K fraction bits, by K, rounding
 //! mode and target, as markdown tables: `cargo run --release -p rtl-model --example leak_rates`.
 
+#[allow(dead_code, reason = "the tests use the rest of it")]
 #[path = "../tests/meshes/mod.rs"]
 mod meshes;
 
