@@ -18,7 +18,7 @@ use crate::raycast::Purpose;
 /// Width of the label column.
 const LABEL: usize = 11;
 
-fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
+pub(super) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{label:<LABEL$}{text}");
 }
@@ -160,7 +160,7 @@ pub fn compare_summary(r: &CompareReport) -> String {
     out
 }
 
-fn scene_line(out: &mut String, s: &SceneFacts) {
+pub(super) fn scene_line(out: &mut String, s: &SceneFacts) {
     line(
         out,
         "scene",
@@ -286,7 +286,7 @@ fn board_lines(out: &mut String, b: &BoardReport) {
     }
 }
 
-fn time_line(out: &mut String, t: &Timings) {
+pub(super) fn time_line(out: &mut String, t: &Timings) {
     let phases: Vec<String> = t.phases.iter().map(|p| format!("{} {}", p.name, si(p.seconds, "s"))).collect();
     line(out, "wall time", format_args!("{} ({})", si(t.total_seconds, "s"), phases.join(", ")));
 }
