@@ -102,3 +102,57 @@ fn count_two_rays_sums_their_work() {
     let expected = CanonicalCounters { bundles: 0, rays: 2, cells: 5, list_entries: 6, tests: 5, hits: 1 };
     assert_eq!(counters, expected);
 }
+
+/// A ray to the plane between two cells, all distances, speeds and limits around every rounding of t: it enters the
+/// second cell exactly when the plane's rounded t is at most its limit. One step of t is one distance over speed.
+#[test]
+fn trace_limit_at_every_rounding_of_the_plane_enters_the_next_cell_only_when_it_may_matter() {
+    let (mut ends, mut steps) = (0, 0);
+    for rounding in [Rounding::NearestEven, Rounding::HalfAway, Rounding::Floor] {
+        let formats = Formats { rounding, ..formats(16, 8, 8) };
+        let image = MemoryImage::build(&formats, &[], Some(1));
+        for speed in [128, 129, 150, 192, 255] {
+            for distance in 0..6 * speed {
+                let t = f64::from(distance) / f64::from(speed);
+                let t = match rounding {
+                    Rounding::NearestEven => t.round_ties_even(),
+                    Rounding::HalfAway => t.round(),
+                    Rounding::Floor => t.floor(),
+                };
+                for t_max in 0..8_u64 {
+                    let ray = RayWords { origin: [-distance, 99, 99], dir: [speed, 0, 0], t_max };
+                    // On the plane itself the half-open cell of the origin is already the second one.
+                    let enters = distance > 0 && t <= t_max as f64;
+                    let cells = trace(&image, &ray, false).cells;
+                    assert_eq!(cells, 1 + u32::from(enters), "{rounding:?} {distance}/{speed} {t_max}");
+                    *(if enters { &mut steps } else { &mut ends }) += 1;
+                }
+            }
+        }
+    }
+    assert!(ends > 10_000 && steps > 10_000, "{ends} ended, {steps} stepped on");
+}
+
+/// Two walls beside a cell plane whose t round to one word: the smaller id wins, be it in the cell behind.
+#[test]
+fn trace_two_walls_of_one_t_on_both_sides_of_a_plane_answers_the_smaller_id() {
+    let wall = |x: i32, id| {
+        let corners = [[x, -500, -500], [x, 500, -500], [x, 500, 500], [x, -500, 500]];
+        PatchWords { corners, is_triangle: false, id }
+    };
+    // t = x / 128: 1.25 and 1.375 with the plane at 1.3125 between them.
+    let ray = RayWords { origin: [-168, 0, 0], dir: [128, 0, 0], t_max: 1024 };
+    for (rounding, t) in [(Rounding::NearestEven, 1), (Rounding::HalfAway, 1), (Rounding::Floor, 1)] {
+        let formats = Formats { rounding, ..formats(16, 8, 8) };
+        for (front, behind) in [(0, 1), (1, 0)] {
+            let patches = [wall(-8, front), wall(8, behind)];
+            let image = MemoryImage::build(&formats, &patches, Some(1));
+            let hit = trace(&image, &ray, false);
+            assert_eq!(hit.hit.map(|h| (h.t, h.patch)), Some((t, 0)), "{rounding:?} {front} {behind}");
+            assert_eq!((hit.cells, hit.tests), (2, 2));
+        }
+    }
+}
+
+#[path = "functional_oracle_tests.rs"]
+mod oracle;

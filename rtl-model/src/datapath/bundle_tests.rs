@@ -170,3 +170,6 @@ fn validate_each_fault_is_named() {
     let frame = [[0; 3]; 3];
     assert_eq!(BundleWords::Hemisphere { apex, frame, n: 1, m: 1 }.validate(&formats), Err(zero));
 }
+
+#[path = "bundle_oracle_tests.rs"]
+mod oracle;

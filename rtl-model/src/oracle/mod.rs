@@ -11,6 +11,8 @@ pub mod bundle;
 mod expansion;
 mod ray_patch;
 mod search;
+mod wire_values;
 
 pub use ray_patch::{TriangleWires, Wires, intersect, wires};
 pub use search::Oracle;
+pub use wire_values::{WireDifference, WireName};
