@@ -3,20 +3,26 @@
 //! ```text
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
 //!               --board.rs------> BoardReport (totals, stall tables, by purpose)
-//!               --terminal.rs---> text of one screen, SI prefixes by si.rs
+//!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
+//!               --terminal.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
 //! ```
 //! Nothing here prints or writes: callers get bytes and strings.
 
 pub mod board;
 pub mod documents;
 pub mod si;
+pub mod side_by_side;
+pub mod sweep_plot;
 pub mod terminal;
+pub mod verify;
+pub mod verify_text;
 
 pub use board::BoardReport;
 pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
-    SimulateReport, SolveReport,
+    SimulateReport, SolveReport, VectorsReport,
 };
+pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
 
 use std::time::Instant;
 

@@ -12,7 +12,7 @@ use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
 use rtl_model::oracle::{self, Wires};
 
-use crate::vectors::{Expected, board_wires, side, wire_names, wire_values};
+use crate::vectors::{Expected, Vectors, Wrong, board_wires, side, wire_names, wire_values};
 
 /// What stands at the end of a line whose values differ.
 const DIFFERS: &str = "  <-- differ";
@@ -71,6 +71,36 @@ fn answer_columns(f: &Formats, answer: Expected) -> String {
         Expected::Nearest(Some(HitWords { t, patch, facing })) => {
             let units = t as f64 / f64::from(f.t_frac_bits).exp2();
             format!("{t:>12} {patch:>10}  {:<6} {units:.9}", side(facing))
+        }
+    }
+}
+
+/// What does not hold in a file of vectors, as text.
+pub fn wrong_text(vectors: &Vectors, wrong: &Wrong) -> String {
+    let (answers, Wrong::Ray { place, .. } | Wrong::Test { place, .. }) = (wrong.answers(), wrong);
+    let file = answers.expected.map(|a| ("file", a));
+    let clocked = answers.clocked.map(|a| ("board, clocked", a));
+    let others = [("board, functional", answers.functional), ("oracle", answers.oracle)];
+    let answers = file.into_iter().chain(clocked).chain(others).collect();
+    let formats = &vectors.formats;
+    match wrong {
+        Wrong::Ray { patches, .. } => {
+            let ray = &vectors.rays[*place];
+            let mode = if ray.any_hit { "any" } else { "nearest" };
+            let case = Case { formats, ray: &ray.words, answers, patches, file: None };
+            format!("\nfirst wrong answer: ray {place} of the file (from 0), {mode} hit\n{}", side_by_side(&case))
+        }
+        Wrong::Test { .. } => {
+            let test = &vectors.tests[*place];
+            let ray = &vectors.rays[test.ray].words;
+            let patches = &vectors.patches[test.patch..=test.patch];
+            let case = Case { formats, ray, answers, patches, file: Some((&test.wires, test.hit)) };
+            format!(
+                "\nfirst wrong answer: test {place} of the file (from 0), its ray {} with patch {}\n{}",
+                test.ray,
+                patches[0].id,
+                side_by_side(&case)
+            )
         }
     }
 }

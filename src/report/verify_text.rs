@@ -41,14 +41,20 @@ pub fn verify_summary(r: &VerifyReport) -> String {
 }
 
 fn board_text(board: &BoardSpec, formats: Option<&Formats>) -> String {
-    let Some(f) = formats else { return board.name.clone() };
+    match formats {
+        Some(formats) => format!("{}: {}", board.name, formats_text(formats)),
+        None => board.name.clone(),
+    }
+}
+
+/// Number formats in a line.
+pub fn formats_text(f: &Formats) -> String {
     let keep = match f.cross_keep_bits {
-        Some(k) if f.cross_drop() > 0 => format!("edge normals rounded to {k} bits"),
+        Some(k) if f.cross_drop() > 0 => format!("edge normals rounded to {k}"),
         _ => "edge normals in full".to_owned(),
     };
     format!(
-        "{}: fraction bits F {} (coordinates), D {} (directions), T {} (t), {keep}, {}",
-        board.name,
+        "fraction bits: coordinates {}, directions {}, t {}, {keep}; {}",
         f.coord_frac_bits,
         f.dir_frac_bits,
         f.t_frac_bits,

@@ -101,6 +101,15 @@ pub enum Wrong {
     },
 }
 
+impl Wrong {
+    /// What everyone answers.
+    pub fn answers(&self) -> Answers {
+        match self {
+            Wrong::Ray { answers, .. } | Wrong::Test { answers, .. } => *answers,
+        }
+    }
+}
+
 /// Runs the vectors on a board of `spec`, but with the file's number formats.
 ///
 /// # Errors
