@@ -5,6 +5,7 @@
 //! solve_scene:    Scene::load -> Mesh::build -> caster -> radiosity::solve -> Solved
 //! probe_scene:    ... -> radiosity::solve -> radiosity::probe -> Probed
 //! simulate_scene: ... -> the rays of a workload through the board -> Simulated
+//! verify_scene:   both passes, recorded -> those rays through board, oracle and software -> Verified
 //! inspect_scene:  Scene::load -> Mesh::build -> one look through the camera -> Inspected
 //! ```
 //! Every ray goes through the one port, [`crate::raycast::RayCaster`]. Options and outcomes are typed; nothing here
@@ -33,10 +34,12 @@ use crate::units::{Irradiance, Rgb};
 
 mod caster;
 mod error;
+mod verify;
 mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
+pub use verify::{Verified, verify_scene};
 
 /// How pass 1 comes about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,6 +4,7 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use std::hint::black_box;
 
 use rtl_model::datapath::cell_step::{Grid, advance};
+use rtl_model::datapath::first_test::{self, FirstTest, first_test};
 use rtl_model::datapath::ray_patch::intersect;
 use rtl_model::datapath::{PatchWords, RayWords};
 use rtl_model::fixed::Formats;
@@ -94,6 +95,37 @@ fn arithmetic(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Rays that pass a patch at about its own size, as in a cell list: the narrow test alone, and before the exact one.
+fn dual_precision(criterion: &mut Criterion) {
+    let formats = Formats::default();
+    let mut random = Random(3);
+    let patches = quads(&mut random, &formats, PAIRS as u32, 4);
+    let rays: Vec<RayWords> = patches.iter().map(|p| aimed(&mut random, &formats, p, 1 << 22)).collect();
+    let pairs: Vec<_> = rays.iter().zip(&patches).collect();
+
+    let mut group = criterion.benchmark_group("dual_precision");
+    group.throughput(Throughput::Elements(PAIRS));
+    let hits = pairs.iter().filter(|(r, p)| intersect(&formats, r, p).is_some()).count();
+    group.bench_function(format!("exact_{}_percent_hit", 100 * hits / pairs.len()), |bench| {
+        bench.iter(|| pairs.iter().filter(|(r, p)| intersect(&formats, black_box(r), p).is_some()).count());
+    });
+    for bits in [8, 12, 16] {
+        let is_open = |r: &RayWords, p: &PatchWords| first_test(&formats, bits, r, p) != FirstTest::Miss;
+        let open = pairs.iter().filter(|(r, p)| is_open(r, p)).count();
+        group.bench_function(
+            format!("first_{bits}_bits_{}_percent_left", 100 * open / pairs.len()),
+            |bench| {
+                bench.iter(|| pairs.iter().filter(|(r, p)| is_open(black_box(r), p)).count());
+            },
+        );
+        group.bench_function(format!("first_{bits}_bits_then_exact"), |bench| {
+            let dual = |r: &RayWords, p: &PatchWords| first_test::intersect(&formats, bits, r, p);
+            bench.iter(|| pairs.iter().filter(|(r, p)| dual(black_box(r), p).is_some()).count());
+        });
+    }
+    group.finish();
+}
+
 fn scene(criterion: &mut Criterion) {
     let formats = Formats::default();
     let mut random = Random(2);
@@ -118,5 +150,5 @@ fn scene(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, arithmetic, scene);
+criterion_group!(benches, arithmetic, dual_precision, scene);
 criterion_main!(benches);

@@ -40,7 +40,21 @@ impl FunctionalCaster {
         patches: &[CastPatch],
         extra_points: &[DVec3],
     ) -> Result<FunctionalCaster, CastError> {
-        let (quantizer, image) = quantized::load(formats, grid_log2, patches, extra_points, u64::MAX)?;
+        Self::new_within(formats, grid_log2, patches, extra_points, u64::MAX)
+    }
+
+    /// As [`FunctionalCaster::new`], with the grid that a board with `max_bytes` of patch memory gets: its very image.
+    ///
+    /// # Errors
+    /// [`CastError::Board`] when the scene has no board numbers.
+    pub fn new_within(
+        formats: &Formats,
+        grid_log2: Option<u32>,
+        patches: &[CastPatch],
+        extra_points: &[DVec3],
+        max_bytes: u64,
+    ) -> Result<FunctionalCaster, CastError> {
+        let (quantizer, image) = quantized::load(formats, grid_log2, patches, extra_points, max_bytes)?;
         let tracer = FunctionalTracer { image, counters: CanonicalCounters::default() };
         Ok(FunctionalCaster { quantizer, tracer })
     }
@@ -48,6 +62,11 @@ impl FunctionalCaster {
     /// Scene space to words.
     pub fn quantizer(&self) -> &Quantizer {
         &self.quantizer
+    }
+
+    /// The patch memory.
+    pub fn image(&self) -> &MemoryImage {
+        &self.tracer.image
     }
 
     /// The work done so far: equal to the cycle model's for the same queries.

@@ -18,9 +18,11 @@ pub mod functional;
 pub mod null;
 pub mod quantize;
 mod quantized;
+pub mod recording;
 pub mod software;
 
 pub use bundle::{MAX_BUNDLE_RAYS, RayBundle};
+pub(crate) use bundle::{cosine_direction, spun_frame};
 use patch::bend_m;
 
 /// Geometry of one patch for casters: a triangle, or a quad = two triangles that share the diagonal v0 v2.

@@ -5,16 +5,40 @@
 //!    host rays --quantize--> words --functional, clocked board | oracle--> mismatches (must be 0)
 //!    host rays ------------> software caster ---------------------------> misclassified rays by cause, error of t
 //! ```
+//! Board against oracle (`exact.rs`, `tests.rs`): every ray's generated words, nearest hit and hit bit; every wire of a
+//! sample of the tests that the board makes; the clocked board on a sample of whole bundles. Board against software
+//! (`software.rs`, `causes.rs`): the bounds are derived in `causes.rs`, those of a ray in `rays.rs`.
+//!
 //! Not modelled: pass 2 methods other than the default.
 
+use rtl_model::board::Board;
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
+use rtl_model::oracle::Oracle;
 use serde::Serialize;
 
 use crate::image::Difference;
+use crate::mesh::PatchId;
 use crate::radiosity::SolveOptions;
-use crate::raycast::Purpose;
+use crate::raycast::quantize::Quantizer;
+use crate::raycast::recording::RecordedGroup;
+use crate::raycast::{CastError, CastPatch, Purpose};
 use crate::render::RenderOptions;
+use crate::report::Timings;
+
+mod causes;
+mod clocked;
+mod exact;
+mod margins;
+mod patch_tests;
+mod rays;
+mod software;
+mod subject;
+#[cfg(test)]
+mod tests;
+mod workload;
+
+pub use workload::{chosen, quotas};
 
 /// How a scene is verified.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -54,9 +78,62 @@ pub enum Model {
     Clocked,
 }
 
+/// Over which patches the oracle takes the nearest hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OracleScope {
+    /// All patches of the scene, through the oracle's own search: exact geometry leaves nothing to the cells.
+    AllPatches,
+    /// Those that the board tested: with rounded products a ray may meet a patch outside the cells that list it, so
+    /// what the board answers depends on its walk.
+    TestedPatches,
+}
+
+/// What was compared where board and oracle differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// The ray that the bundle generator made; the oracle's.
+    BundleRay {
+        /// The oracle's ray.
+        oracle: RayWords,
+    },
+    /// The nearest hit.
+    NearestHit,
+    /// Whether there is any hit; `Mismatch::board` is then the hit that ended the ray, `oracle` the nearest one.
+    AnyHit {
+        /// The board's bit.
+        board: bool,
+        /// The oracle's.
+        oracle: bool,
+    },
+    /// The result of one ray x patch test, with the first of `Mismatch::patches`.
+    TestHit,
+    /// A wire of one ray x patch test, with the first of `Mismatch::patches`.
+    Wire(WireDifference),
+}
+
+/// The first wire of a test on which board and oracle differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireDifference {
+    /// Which wire, as in the width table, or `inside`.
+    pub wire: &'static str,
+    /// Which of them: corner, edge or triangle.
+    pub number: usize,
+    /// Its component; 0 of a scalar.
+    pub component: usize,
+    /// The board's value.
+    pub board: i128,
+    /// The oracle's.
+    pub oracle: i128,
+}
+
 /// A ray on which board and oracle differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mismatch {
+    /// What differs.
+    pub compared: Compared,
+    /// The ray asked for any hit.
+    pub any_hit: bool,
     /// Which model of the board.
     pub model: Model,
     /// What the ray is cast for.
@@ -84,6 +161,21 @@ pub struct Misclassified {
     pub t_step: u64,
     /// None of these: a fault of the board or of software.
     pub unexplained: u64,
+}
+
+/// A ray whose answers differ for no known cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unexplained {
+    /// What the ray is cast for.
+    pub purpose: Purpose,
+    /// Its place among the verified rays.
+    pub index: u64,
+    /// Its words.
+    pub ray: RayWords,
+    /// The board's answer.
+    pub board: Option<HitWords>,
+    /// The software caster's: patch, and t in the board's steps.
+    pub software: Option<(PatchId, f64)>,
 }
 
 /// Error of t where board and software name the same patch.
@@ -150,8 +242,12 @@ pub struct Verification {
     pub n_mismatches: u64,
     /// The first of them.
     pub first_mismatch: Option<Mismatch>,
+    /// Over which patches the oracle's answers are taken.
+    pub oracle_scope: OracleScope,
     /// Against software.
     pub misclassified: Misclassified,
+    /// The first ray for whose difference no cause was found.
+    pub first_unexplained: Option<Unexplained>,
     /// Against software.
     pub t_error: TError,
     /// Per wire of the datapath.
@@ -172,4 +268,79 @@ impl Verification {
     pub fn passed(&self) -> bool {
         self.n_mismatches == 0 && self.first_test.iter().all(|share| share.wrong == 0)
     }
+}
+
+/// What is verified: a scene in both worlds and the rays of its workload.
+#[derive(Debug)]
+pub struct Case<'a> {
+    /// The patches as the host has them.
+    pub patches: &'a [CastPatch],
+    /// From them to words.
+    pub quantizer: &'a Quantizer,
+    /// The board with the scene in its patch memory.
+    pub board: Board,
+    /// The rays, by purpose: how many were cast, and the groups to verify.
+    pub workload: Vec<(PurposeRays, Vec<RecordedGroup>)>,
+}
+
+/// Verifies a workload; `image` of the result is left to the caller. Phases are added to `timings`, `progress` gets the
+/// share that is done.
+///
+/// # Errors
+/// [`CastError`] when a ray has no board numbers or the clocked board fails.
+pub fn verify(
+    case: Case<'_>,
+    options: &VerifyOptions,
+    timings: &mut Timings,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Verification, CastError> {
+    let image = case.board.image().clone();
+    verify_subject(&subject::Real { image: &image }, case, options, timings, progress)
+}
+
+fn verify_subject(
+    subject: &impl subject::Subject,
+    case: Case<'_>,
+    options: &VerifyOptions,
+    timings: &mut Timings,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Verification, CastError> {
+    let Case { patches, quantizer, mut board, workload } = case;
+    let image = subject.image();
+    let words: Vec<PatchWords> = (0..image.n_patches).map(|i| image.patch(i)).collect();
+    let purposes: Vec<PurposeRays> = workload.iter().map(|(rays, _)| *rays).collect();
+    let rays = timings.measure("quantise", || rays::quantise(quantizer, workload, subject))?;
+    let oracle = timings.measure("oracle's tree", || Oracle::new(quantizer.formats(), &words));
+    progress(0.05);
+    let (answers, mut found) = timings.measure("rays, board and oracle", || {
+        exact::check_rays(subject, &oracle, &rays, &mut |share| progress(0.05 + 0.6 * share))
+    });
+    let tests = timings.measure("tests, board and oracle", || {
+        patch_tests::check_tests(subject, &rays, &answers, &options.first_test_bits)
+    });
+    found = found.then(tests.found);
+    progress(0.8);
+    let (n_clocked, clocked) = timings.measure("clocked board", || {
+        clocked::check_clocked(subject, &oracle, &mut board, &rays, options.n_clocked)
+    })?;
+    found = found.then(clocked);
+    progress(0.9);
+    let against_software =
+        timings.measure("software", || software::compare(quantizer, patches, &words, &rays, &answers))?;
+    progress(1.0);
+    Ok(Verification {
+        formats: *quantizer.formats(),
+        rays: purposes,
+        n_clocked,
+        n_wire_tests: tests.n_tests,
+        n_mismatches: found.n,
+        first_mismatch: found.first,
+        oracle_scope: exact::scope(quantizer.formats()),
+        misclassified: against_software.misclassified,
+        first_unexplained: against_software.first_unexplained,
+        t_error: against_software.t_error,
+        wires: tests.seen.margins(quantizer.formats()),
+        first_test: tests.shares,
+        image: None,
+    })
 }

@@ -1,0 +1,183 @@
+//! How far each wire of the width table was used.
+//!
+//! ```text
+//! tests, cells, bundles --largest magnitude per wire--> Seen --width table--> WireMargin: bits that nothing needed
+//! ```
+//! `t` is that of hits; `end_product` is that of a ray's last cell, and of every cell of a ray that hits nothing: in
+//! between the limit of t is not observed. `cell_product` is the largest of the products that decide the crossing.
+
+use rtl_model::datapath::bundle::BundleWords;
+use rtl_model::datapath::ray_patch::Taps;
+use rtl_model::datapath::{HitWords, PatchWords, RayWords};
+use rtl_model::fixed::Formats;
+use rtl_model::functional::RayTrace;
+use rtl_model::memory_image::MemoryImage;
+
+use super::WireMargin;
+
+/// Largest magnitudes seen, by wire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Seen {
+    coordinate: u128,
+    direction: u128,
+    a: u128,
+    c: u128,
+    e: u128,
+    n: u128,
+    den: u128,
+    num: u128,
+    num_shifted: u128,
+    den_shifted: u128,
+    t: u128,
+    cell_num: u128,
+    cell_den: u128,
+    cell_product: u128,
+    cell_num_shifted: u128,
+    end_product: u128,
+    tile_direction: u128,
+}
+
+/// Wires that carry no sign.
+const UNSIGNED: [&str; 6] = ["t", "cell_num", "cell_den", "cell_product", "cell_num_shifted", "end_product"];
+
+impl Seen {
+    /// The larger of both, wire by wire.
+    pub fn max(mut self, other: &Seen) -> Seen {
+        let mut theirs = *other;
+        for ((_, mine), (_, their)) in self.wires().into_iter().zip(theirs.wires()) {
+            *mine = (*mine).max(*their);
+        }
+        self
+    }
+
+    /// Every wire with its name in the width table.
+    fn wires(&mut self) -> [(&'static str, &mut u128); 17] {
+        [
+            ("coordinate", &mut self.coordinate),
+            ("direction", &mut self.direction),
+            ("a", &mut self.a),
+            ("c", &mut self.c),
+            ("e", &mut self.e),
+            ("n", &mut self.n),
+            ("den", &mut self.den),
+            ("num", &mut self.num),
+            ("num_shifted", &mut self.num_shifted),
+            ("den_shifted", &mut self.den_shifted),
+            ("t", &mut self.t),
+            ("cell_num", &mut self.cell_num),
+            ("cell_den", &mut self.cell_den),
+            ("cell_product", &mut self.cell_product),
+            ("cell_num_shifted", &mut self.cell_num_shifted),
+            ("end_product", &mut self.end_product),
+            ("tile_direction", &mut self.tile_direction),
+        ]
+    }
+
+    /// One ray x patch test.
+    pub fn test(&mut self, ray: &RayWords, patch: &PatchWords, taps: &Taps, hit: Option<HitWords>) {
+        raise_words(&mut self.coordinate, patch.corners.iter().chain([&ray.origin]));
+        raise_words(&mut self.direction, [&ray.dir]);
+        raise(&mut self.a, taps.a.iter().flatten().map(|w| w.unsigned_abs()));
+        raise(&mut self.c, taps.c.iter().flatten().map(|w| w.unsigned_abs()));
+        raise(&mut self.e, taps.e.iter().map(|w| w.unsigned_abs()));
+        for triangle in taps.triangles.iter().flatten() {
+            raise(&mut self.n, triangle.n.iter().map(|w| w.unsigned_abs()));
+            raise(&mut self.den, [triangle.den.unsigned_abs()]);
+            raise(&mut self.num, [triangle.num.unsigned_abs()]);
+            raise(&mut self.den_shifted, [triangle.den_shifted.unsigned_abs()]);
+            raise(&mut self.num_shifted, [triangle.num_shifted.unsigned_abs()]);
+        }
+        raise(&mut self.t, hit.map(|hit| hit.t));
+    }
+
+    /// The cells that a traced ray entered: the walk depends on the ray alone, its end on the trace.
+    pub fn cells(&mut self, image: &MemoryImage, ray: &RayWords, trace: &RayTrace) {
+        let (formats, grid) = (&image.formats, &image.grid);
+        let (up, down) = formats.t_shifts();
+        let limit_t = trace.hit.map_or(ray.t_max, |hit| hit.t);
+        let cube = 1i64 << formats.coord_frac_bits;
+        let mut cell = grid.cell_of(formats, ray.origin);
+        for number in 1..=trace.cells {
+            let crossing = grid.crossing(formats, ray, cell);
+            let (num, den) = (u128::from(crossing.num), u128::from(crossing.den));
+            raise(&mut self.cell_num, [num]);
+            raise(&mut self.cell_den, [den]);
+            raise(&mut self.cell_num_shifted, [num << up]);
+            for k in (0..3).filter(|&k| ray.dir[k] != 0) {
+                let plane = i64::from(cell.0[k]) + i64::from(ray.dir[k] > 0);
+                let ahead = (plane << grid.cell_log2(formats)) - cube - i64::from(ray.origin[k]);
+                raise(&mut self.cell_product, [u128::from(ahead.unsigned_abs()) * den]);
+            }
+            if trace.hit.is_none() || number == trace.cells {
+                raise(&mut self.end_product, [(2 * u128::from(limit_t) + 1) * (den << down)]);
+            }
+            let Some(next) = crossing.next else { break };
+            cell = next;
+        }
+    }
+
+    /// A descriptor.
+    pub fn bundle(&mut self, bundle: &BundleWords) {
+        let BundleWords::Tile { corner, step_u, step_v, n, m, .. } = bundle else { return };
+        for k in 0..3 {
+            let (u, v) = (i64::from(n - 1) * step_u[k], i64::from(m - 1) * step_v[k]);
+            let words = [corner[k], step_u[k], step_v[k], corner[k] + u, corner[k] + v, corner[k] + u + v];
+            raise(&mut self.tile_direction, words.map(i64::unsigned_abs));
+        }
+    }
+
+    /// Against the width table.
+    pub fn margins(mut self, formats: &Formats) -> Vec<WireMargin> {
+        let seen = self.wires().map(|(wire, seen)| (wire, *seen));
+        let table = formats.width_table().into_iter();
+        table
+            .filter_map(|row| {
+                let (_, seen) = seen.iter().find(|(wire, _)| *wire == row.wire)?;
+                let sign = u32::from(!UNSIGNED.contains(&row.wire));
+                let needed = u128::BITS - seen.leading_zeros() + sign;
+                Some(WireMargin {
+                    wire: row.wire,
+                    bits: row.bits,
+                    max_magnitude: row.max_magnitude.unsigned_abs(),
+                    seen: *seen,
+                    // -2^F takes no more bits than 2^F - 1.
+                    spare_bits: row.bits.saturating_sub(needed),
+                })
+            })
+            .collect()
+    }
+}
+
+fn raise<T: Into<u128>>(largest: &mut u128, values: impl IntoIterator<Item = T>) {
+    *largest = values.into_iter().map(Into::into).fold(*largest, u128::max);
+}
+
+fn raise_words<'a>(largest: &mut u128, words: impl IntoIterator<Item = &'a [i32; 3]>) {
+    raise(largest, words.into_iter().flatten().map(|w| w.unsigned_abs()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn margins_have_a_row_for_every_wire_of_the_table() {
+        let formats = Formats::default();
+        let margins = Seen::default().margins(&formats);
+        assert_eq!(margins.len(), formats.width_table().len());
+    }
+
+    #[test]
+    fn margins_of_known_magnitudes_count_the_bits_above_them_and_the_sign() {
+        let formats = Formats::default();
+        let one = 1u128 << 24;
+        let seen = Seen { coordinate: one, direction: one / 2 - 1, t: 4 * one, ..Seen::default() };
+        let margins = seen.max(&Seen { a: 1, t: 1, ..Seen::default() }).margins(&formats);
+        let spare = |wire| margins.iter().find(|m| m.wire == wire).map(|m| (m.bits, m.spare_bits));
+        assert_eq!(spare("coordinate"), Some((25, 0)), "the word -1.0");
+        assert_eq!(spare("direction"), Some((25, 1)));
+        assert_eq!(spare("t"), Some((27, 0)));
+        assert_eq!(spare("a"), Some((26, 24)));
+        assert_eq!(spare("c"), Some((52, 51)), "nothing but the sign");
+    }
+}
