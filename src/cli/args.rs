@@ -335,7 +335,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "FILE.csv|FILE.rvec", conflicts_with = "sweep")]
     pub vectors: Option<PathBuf>,
     /// Rays in the test vectors
-    #[arg(long, value_name = "N", default_value_t = 1000, requires = "vectors", allow_negative_numbers = true, value_parser = whole(crate::frame::MAX_VECTOR_RAYS as i64))]
+    #[arg(long, value_name = "N", default_value_t = 1000, requires = "vectors", allow_negative_numbers = true, value_parser = whole(crate::vectors::MAX_SAMPLE as i64))]
     pub vector_rays: u32,
     /// Where the first mismatch goes as test vectors, written only when there is one
     /// [default: radeng-mismatch.csv]

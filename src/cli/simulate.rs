@@ -15,7 +15,9 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
     let scene = match (&args.scene, &args.rays) {
         (Some(scene), _) => scene,
         (None, Some(path)) => return vectors::run(args, path),
-        (None, None) => return Err(CliError::Usage("expected SCENE, or --rays with test vectors".to_owned())),
+        (None, None) => {
+            return Err(CliError::Usage("expected SCENE, or --rays with test vectors".to_owned()));
+        }
     };
     plan::check_outputs(
         [],

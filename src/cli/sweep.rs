@@ -28,7 +28,9 @@ impl Sweep {
     /// Another form, an unknown parameter, a value outside its range, with the range.
     pub(super) fn parse(text: &str, spec: &BoardSpec) -> Result<Sweep, CliError> {
         let fault = |what: String| CliError::Usage(format!("--sweep {text}: {what}"));
-        let form = || fault("expected NAME=FROM..TO or NAME=FROM..TO:STEP, such as coord_frac_bits=8..28:4".to_owned());
+        let form = || {
+            fault("expected NAME=FROM..TO or NAME=FROM..TO:STEP, such as coord_frac_bits=8..28:4".to_owned())
+        };
         let (name, range) = text.split_once('=').ok_or_else(form)?;
         let parameter = PARAMETERS.into_iter().find(|p| *p == name.trim());
         let parameter = parameter
@@ -85,9 +87,10 @@ mod tests {
             assert_eq!(board, &same);
         }
         let all = parse("frac_bits=10..12").unwrap();
-        let widths = all.boards.iter().map(|(_, b)| {
-            (b.formats.coord_frac_bits, b.formats.dir_frac_bits, b.formats.t_frac_bits)
-        });
+        let widths = all
+            .boards
+            .iter()
+            .map(|(_, b)| (b.formats.coord_frac_bits, b.formats.dir_frac_bits, b.formats.t_frac_bits));
         assert_eq!(widths.collect::<Vec<_>>(), [(10, 10, 10), (11, 11, 11), (12, 12, 12)]);
         let keep = parse("cross_keep_bits=16..48:16").unwrap();
         assert_eq!(keep.boards.len(), 3);

@@ -93,7 +93,8 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         text.push_str(&report::side_by_side::wrong_text(&vectors, wrong));
     }
     if !check.passed() {
-        let board = if args.board == DEFAULT_BOARD { String::new() } else { format!(" --board {}", args.board) };
+        let board =
+            if args.board == DEFAULT_BOARD { String::new() } else { format!(" --board {}", args.board) };
         text.push_str(&format!("\nagain      radeng simulate --rays {}{board}\n", path.display()));
     }
     Ok(Outcome { text, warnings: report.warnings, check_failed: !check.passed() })

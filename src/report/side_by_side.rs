@@ -12,7 +12,10 @@ use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
 use rtl_model::oracle::{self, Wires};
 
+use super::terminal::purpose_name;
+use super::verify::describe;
 use crate::vectors::{Expected, Vectors, Wrong, board_wires, side, wire_names, wire_values};
+use crate::verify::{Compared, Mismatch, Model};
 
 /// What stands at the end of a line whose values differ.
 const DIFFERS: &str = "  <-- differ";
@@ -42,8 +45,13 @@ pub fn side_by_side(case: &Case<'_>) -> String {
     };
     ray_row("origin", case.ray.origin, f.coord_frac_bits);
     ray_row("direction", case.ray.dir, f.dir_frac_bits);
-    let _ = writeln!(out, "  {:<10} {:>12} {:>28} words of 2^-{}", "t_max", case.ray.t_max, "", f.t_frac_bits);
-    let _ = writeln!(out, "\n  {:<18} {:>12} {:>10}  {:<6} t in units of the direction", "who", "t", "patch", "side");
+    let _ =
+        writeln!(out, "  {:<10} {:>12} {:>28} words of 2^-{}", "t_max", case.ray.t_max, "", f.t_frac_bits);
+    let _ = writeln!(
+        out,
+        "\n  {:<18} {:>12} {:>10}  {:<6} t in units of the direction",
+        "who", "t", "patch", "side"
+    );
     for (who, answer) in &case.answers {
         let _ = writeln!(out, "  {who:<18} {}", answer_columns(f, *answer));
     }
@@ -88,7 +96,10 @@ pub fn wrong_text(vectors: &Vectors, wrong: &Wrong) -> String {
             let ray = &vectors.rays[*place];
             let mode = if ray.any_hit { "any" } else { "nearest" };
             let case = Case { formats, ray: &ray.words, answers, patches, file: None };
-            format!("\nfirst wrong answer: ray {place} of the file (from 0), {mode} hit\n{}", side_by_side(&case))
+            format!(
+                "\nfirst wrong answer: ray {place} of the file (from 0), {mode} hit\n{}",
+                side_by_side(&case)
+            )
         }
         Wrong::Test { .. } => {
             let test = &vectors.tests[*place];
@@ -103,6 +114,32 @@ pub fn wrong_text(vectors: &Vectors, wrong: &Wrong) -> String {
             )
         }
     }
+}
+
+/// The first mismatch of a verification as text; `title` says of which run.
+pub fn mismatch_text(title: &str, formats: &Formats, m: &Mismatch) -> String {
+    let (board, oracle) = match m.compared {
+        Compared::AnyHit { board, oracle } => (Expected::Any(board), Expected::Any(oracle)),
+        _ => (Expected::Nearest(m.board), Expected::Nearest(m.oracle)),
+    };
+    let who = match m.model {
+        Model::Functional => "board, functional",
+        Model::Clocked => "board, clocked",
+    };
+    let case = Case {
+        formats,
+        ray: &m.ray,
+        answers: vec![(who, board), ("oracle", oracle)],
+        patches: &m.patches,
+        file: None,
+    };
+    format!(
+        "\nfirst mismatch: {title}{} ray {}, {}\n{}",
+        purpose_name(m.purpose),
+        m.index,
+        describe(&m.compared),
+        side_by_side(&case)
+    )
 }
 
 /// All wires of one test, a column for each of those who have them.
@@ -142,7 +179,8 @@ impl PatchTable {
         names.extend(["t".to_owned(), "side".to_owned()]);
         bits.extend([widths.iter().find(|w| w.wire == "t").map(|w| w.bits), None]);
         let n = if patch.is_triangle { 3 } else { 4 };
-        let corners: Vec<String> = patch.corners[..n].iter().map(|[x, y, z]| format!("({x} {y} {z})")).collect();
+        let corners: Vec<String> =
+            patch.corners[..n].iter().map(|[x, y, z]| format!("({x} {y} {z})")).collect();
         let kind = if patch.is_triangle { "triangle" } else { "quad" };
         let title = format!("patch {}, {kind} {}", patch.id, corners.join(" "));
         PatchTable { title, columns, names, bits }

@@ -198,7 +198,10 @@ impl MismatchFacts {
 pub fn describe(compared: &Compared) -> String {
     match compared {
         Compared::BundleRay { oracle } => {
-            format!("the ray that the bundle generator makes; the oracle's is {:?} {:?} {}", oracle.origin, oracle.dir, oracle.t_max)
+            format!(
+                "the ray that the bundle generator makes; the oracle's is {:?} {:?} {}",
+                oracle.origin, oracle.dir, oracle.t_max
+            )
         }
         Compared::NearestHit => "the nearest hit".to_owned(),
         Compared::AnyHit { board, oracle } => {

@@ -75,7 +75,8 @@ fn findings_text(out: &mut String, f: &Findings) {
         format_args!("{} of the {} of both passes", count(f.n_rays, "rays"), count(cast, "rays")),
     );
     for r in &f.rays {
-        let row = format_args!("{:<14} {:>11} verified of {:>13}", purpose_name(r.purpose), r.verified, r.cast);
+        let row =
+            format_args!("{:<14} {:>11} verified of {:>13}", purpose_name(r.purpose), r.verified, r.cast);
         line(out, "", row);
     }
     line(
@@ -90,7 +91,11 @@ fn findings_text(out: &mut String, f: &Findings) {
         ),
     );
     if f.oracle_scope == OracleScope::TestedPatches {
-        line(out, "", "its answers are taken over the patches that the board tests: edge normals are rounded");
+        line(
+            out,
+            "",
+            "its answers are taken over the patches that the board tests: edge normals are rounded",
+        );
     }
     if let Some(m) = &f.first_mismatch {
         line(out, "", format_args!("first: {}, {} ray {}", m.compared, purpose_name(m.purpose), m.index));
@@ -262,7 +267,8 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
     let mut cells = vec![("bits".to_owned(), 5), ("oracle".to_owned(), 8)];
     cells.extend(["edge", "depth tie", "t step", "unexpl.", "all"].map(|c| (c.to_owned(), 8)));
     cells[3].1 = 9;
-    cells.extend([("median", 7), ("p99", 7), ("max steps", 9), ("max mm", 8)].map(|(c, w)| (c.to_owned(), w)));
+    cells
+        .extend([("median", 7), ("p99", 7), ("max steps", 9), ("max mm", 8)].map(|(c, w)| (c.to_owned(), w)));
     cells.extend(widths.iter().map(|w| (w.to_string(), 6)));
     head(out, &cells);
     for row in &sweep.rows {

@@ -13,7 +13,7 @@
 //!          every wire in the order of the text files, each 4 words, two's complement
 //! last word: CRC-32 (IEEE) of all bytes before it
 //! ```
-//! Every record has one length in a file, except tests of triangles (38 wires) and quads (44).
+//! Every record has one length in a file, except tests of triangles (40 wires) and quads (48).
 
 use rtl_model::datapath::{PatchWords, RayWords};
 use rtl_model::fixed::Formats;

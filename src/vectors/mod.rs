@@ -4,6 +4,7 @@
 //! Vectors <--csv_write.rs, csv_read.rs--> text, one record a line, `#` starts a comment
 //!         <--binary.rs------------------> the packed records of rtl_model::packet, little-endian, with a CRC
 //!         --check.rs: clocked board, functional model, oracle--> which expectations hold
+//!         <--workload.rs, reference.rs---- rays of a verification, with the oracle's answers and wires
 //! ```
 //! Both files hold the same: reading one and writing the other loses nothing. What a reader refuses it names with
 //! place, field, value and what was expected ([`VectorsError`]).
@@ -16,6 +17,7 @@ mod csv_write;
 mod error;
 mod reference;
 mod wires;
+mod workload;
 
 use std::path::Path;
 
@@ -28,8 +30,9 @@ pub use check::{Answers, Check, CheckError, Wrong, check};
 pub use csv_read::from_csv;
 pub use csv_write::{rounding_name, side, to_csv};
 pub use error::{Fault, Place, VectorsError};
-pub use reference::sample;
+pub use reference::{of_mismatch, sample};
 pub use wires::{board_wires, wire_names, wire_values};
+pub use workload::spread;
 
 /// Most patches of a file.
 pub const MAX_PATCHES: usize = 1 << 22;
@@ -37,6 +40,8 @@ pub const MAX_PATCHES: usize = 1 << 22;
 pub const MAX_RAYS: usize = 1 << 24;
 /// Most single tests of a file.
 pub const MAX_TESTS: usize = 1 << 20;
+/// Most rays that vectors of a workload hold.
+pub const MAX_SAMPLE: usize = 10_000;
 /// Largest file (bytes).
 pub const MAX_FILE_BYTES: u64 = 4 << 30;
 

@@ -13,6 +13,7 @@ use rtl_model::memory_image::MemoryImage;
 use rtl_model::oracle::{self, Oracle};
 
 use super::{Expected, RayVector, TestVector, Vectors};
+use crate::verify::{Compared, Mismatch};
 
 /// Tests of each ray that get a row: those that hit come first.
 const TESTS_PER_RAY: usize = 2;
@@ -45,7 +46,8 @@ pub fn sample(image: &MemoryImage, rays: &[(RayWords, bool)], n_rays: usize) -> 
     let patches: Vec<PatchWords> = (0..image.n_patches).map(|i| image.patch(i)).collect();
     let oracle = Oracle::new(&image.formats, &patches);
     let n = n_rays.min(rays.len());
-    let mut vectors = Vectors { formats: image.formats, patches, rays: Vec::with_capacity(n), tests: Vec::new() };
+    let mut vectors =
+        Vectors { formats: image.formats, patches, rays: Vec::with_capacity(n), tests: Vec::new() };
     for i in 0..n {
         let (words, any_hit) = rays[(i as u128 * rays.len() as u128 / n as u128) as usize];
         let mut ray = RayVector { words, any_hit, expected: None };
@@ -62,6 +64,29 @@ pub fn sample(image: &MemoryImage, rays: &[(RayWords, bool)], n_rays: usize) -> 
         vectors.rays.push(ray);
     }
     vectors
+}
+
+/// The vectors that replay a mismatch: all patches of the scene, so that the board's cells are the same, the ray with
+/// the oracle's answer, or the test with the oracle's wires.
+pub fn of_mismatch(image: &MemoryImage, mismatch: &Mismatch) -> Vectors {
+    let patches: Vec<PatchWords> = (0..image.n_patches).map(|i| image.patch(i)).collect();
+    let words = mismatch.ray;
+    let (any_hit, expected) = match mismatch.compared {
+        Compared::AnyHit { oracle, .. } => (true, Some(Expected::Any(oracle))),
+        Compared::NearestHit => (false, Some(Expected::Nearest(mismatch.oracle))),
+        // The ray itself is in question, or one test of it.
+        Compared::BundleRay { .. } | Compared::TestHit | Compared::Wire(_) => (mismatch.any_hit, None),
+    };
+    let is_test = matches!(mismatch.compared, Compared::TestHit | Compared::Wire(_));
+    let tested = mismatch.patches.first().filter(|_| is_test);
+    let place = tested.and_then(|patch| patches.iter().position(|p| p == patch));
+    let test = place.map(|place| test_vector(&image.formats, (0, &words), (place, &patches[place])));
+    Vectors {
+        formats: image.formats,
+        patches,
+        rays: vec![RayVector { words, any_hit, expected }],
+        tests: test.into_iter().collect(),
+    }
 }
 
 /// The test of a ray with a patch, with the oracle's answer and wires; both by their places in a file.

@@ -315,7 +315,8 @@ fn binary_with_a_fault_names_the_byte_and_the_field() {
         (2, 7, " byte 8: coord_frac_bits is 7, expected 8 to 28"),
         (6, 3, " byte 24: the rounding is 3, expected 0 to 2"),
         (7, 1 << 23, " byte 28: the number of patches is 8388608, expected 0 to 4194304"),
-        (7, 100, ": the patch record is cut off after"),
+        (7, 1, " byte 64: the ray's control word is"),
+        (8, 100, ": the ray record is cut off after 0 of its words, expected 6 words"),
         (8, 3, ": the end of the records is followed by 6 words, expected the CRC"),
         (9, 1, ": the test record is cut off after 0 of its words, expected 4 words"),
         (10, 1, " byte 40: the reserved word is 1, expected 0"),
@@ -355,7 +356,7 @@ fn wire_names_and_values_have_one_length_and_order() {
         let names = wire_names(is_triangle);
         assert_eq!(names.len(), n_wires(is_triangle));
         let values: Vec<i128> =
-            (0..names.len() as i128).map(|i| if (i - 32) % 6 == 0 { 1 } else { i }).collect();
+            (0..names.len() as i128).map(|i| if (i - 32) % 8 == 0 { 1 } else { i }).collect();
         assert_eq!(wire_values(&from_values(is_triangle, &values).unwrap()), values);
     }
     assert_eq!(wire_names(false)[0..4], ["a0.x", "a0.y", "a0.z", "a1.x"]);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! a0 a1 a2 a3 (x y z each), c01 c12 c02 c23 c30 (x y z each), e01 e12 e02 e23 e30,
-//! per triangle: inside (0 or 1), n (x y z), den, num
+//! per triangle: inside (0 or 1), n (x y z), den, num, and divisor and dividend: den_shifted, num_shifted
 //! ```
 //! A triangle's edges are 01, 12, 20, so its c02 and e02 hold those of edge 20, its 23 and 30 zeros; a3 repeats a2.
 
@@ -12,9 +12,9 @@ use rtl_model::oracle::{TriangleWires, Wires};
 /// Wires before those of the triangles.
 const N_SHARED: usize = 12 + 15 + 5;
 /// Wires of a triangle.
-const N_TRIANGLE: usize = 6;
+const N_TRIANGLE: usize = 8;
 
-/// Wires of a test: 38 of a triangle, 44 of a quad.
+/// Wires of a test: 40 of a triangle, 48 of a quad.
 pub(super) fn n_wires(is_triangle: bool) -> usize {
     N_SHARED + if is_triangle { N_TRIANGLE } else { 2 * N_TRIANGLE }
 }
@@ -30,7 +30,7 @@ pub fn wire_names(is_triangle: bool) -> Vec<String> {
     for triangle in triangles {
         names.push(format!("inside{triangle}"));
         names.extend(vector(format!("n{triangle}")));
-        names.extend([format!("den{triangle}"), format!("num{triangle}")]);
+        names.extend(["den", "num", "den_shifted", "num_shifted"].map(|wire| format!("{wire}{triangle}")));
     }
     names
 }
@@ -43,7 +43,7 @@ pub fn wire_values(wires: &Wires) -> Vec<i128> {
     for t in wires.triangles.iter().flatten() {
         values.push(i128::from(t.inside));
         values.extend(t.n);
-        values.extend([t.den, t.num]);
+        values.extend([t.den, t.num, t.den_shifted, t.num_shifted]);
     }
     values
 }
@@ -68,7 +68,8 @@ pub(super) fn from_values(is_triangle: bool, values: &[i128]) -> Result<Wires, (
             _ => return Err((at, "0 or 1")),
         };
         let n = [values[at + 1], values[at + 2], values[at + 3]];
-        Ok(TriangleWires { inside, n, den: values[at + 4], num: values[at + 5] })
+        let [den, num, den_shifted, num_shifted] = [4, 5, 6, 7].map(|k| values[at + k]);
+        Ok(TriangleWires { inside, n, den, num, num_shifted, den_shifted })
     };
     let second = if is_triangle { None } else { Some(triangle(N_SHARED + N_TRIANGLE)?) };
     Ok(Wires { a, c, e, triangles: [Some(triangle(N_SHARED)?), second] })
@@ -81,7 +82,14 @@ pub fn board_wires(taps: &Taps) -> Wires {
         c: taps.c.map(|normal| normal.map(i128::from)),
         e: taps.e,
         triangles: taps.triangles.map(|t| {
-            t.map(|t| TriangleWires { inside: t.inside, n: t.n.map(i128::from), den: t.den, num: t.num })
+            t.map(|t| TriangleWires {
+                inside: t.inside,
+                n: t.n.map(i128::from),
+                den: t.den,
+                num: t.num,
+                num_shifted: t.num_shifted,
+                den_shifted: t.den_shifted,
+            })
         }),
     }
 }
