@@ -1,0 +1,308 @@
+//! `verify` on the terminal: one screen for a board, one table for a sweep.
+//!
+//! ```text
+//! label      value, value            a table under its label, columns aligned
+//! ```
+
+use std::fmt::Write as _;
+
+use rtl_model::fixed::Formats;
+use rtl_model::spec::BoardSpec;
+
+use super::si::{count, number, percent, share};
+use super::terminal::{line, purpose_name, scene_line, time_line};
+use super::verify::{Findings, SweepReport, VerifyReport};
+use crate::verify::{FirstTestShare, OracleScope};
+
+/// What `verify` ends with.
+pub fn verify_summary(r: &VerifyReport) -> String {
+    let mut out = String::new();
+    scene_line(&mut out, &r.scene);
+    match (&r.findings, &r.sweep) {
+        (_, Some(sweep)) => {
+            line(&mut out, "board", board_text(&r.board, None));
+            sweep_table(&mut out, sweep);
+        }
+        (Some(findings), None) => {
+            line(&mut out, "board", board_text(&r.board, Some(&findings.formats)));
+            findings_text(&mut out, findings);
+        }
+        (None, None) => {}
+    }
+    out.push('\n');
+    time_line(&mut out, &r.timings);
+    let verdict = if r.passed { "passed" } else { "FAILED" };
+    let what = match r.passed {
+        true => "every bit of the board is the oracle's",
+        false => "board and oracle differ: exit status 1",
+    };
+    line(&mut out, verdict, what);
+    out
+}
+
+fn board_text(board: &BoardSpec, formats: Option<&Formats>) -> String {
+    match formats {
+        Some(formats) => format!("{}: {}", board.name, formats_text(formats)),
+        None => board.name.clone(),
+    }
+}
+
+/// Number formats in a line.
+pub fn formats_text(f: &Formats) -> String {
+    let keep = match f.cross_keep_bits {
+        Some(k) if f.cross_drop() > 0 => format!("edge normals rounded to {k}"),
+        _ => "edge normals in full".to_owned(),
+    };
+    format!(
+        "fraction bits: coordinates {}, directions {}, t {}, {keep}; {}",
+        f.coord_frac_bits,
+        f.dir_frac_bits,
+        f.t_frac_bits,
+        crate::vectors::rounding_name(f.rounding)
+    )
+}
+
+/// A share of a whole, as a column of percentages.
+fn column_percent(part: u64, whole: u64) -> String {
+    if part == 0 { "0".to_owned() } else { percent(share(part, whole)) }
+}
+
+fn findings_text(out: &mut String, f: &Findings) {
+    let cast: u64 = f.rays.iter().map(|r| r.cast).sum();
+    line(
+        out,
+        "workload",
+        format_args!("{} of the {} of both passes", count(f.n_rays, "rays"), count(cast, "rays")),
+    );
+    for r in &f.rays {
+        let row =
+            format_args!("{:<14} {:>11} verified of {:>13}", purpose_name(r.purpose), r.verified, r.cast);
+        line(out, "", row);
+    }
+    line(
+        out,
+        "oracle",
+        format_args!(
+            "{} on {} ({} of them clocked) and {} tests wire by wire",
+            mismatches(f.n_mismatches),
+            count(f.n_rays, "rays"),
+            f.n_clocked,
+            count(f.n_wire_tests, "").trim_end()
+        ),
+    );
+    if f.oracle_scope == OracleScope::TestedPatches {
+        line(
+            out,
+            "",
+            "its answers are taken over the patches that the board tests: edge normals are rounded",
+        );
+    }
+    if let Some(m) = &f.first_mismatch {
+        line(out, "", format_args!("first: {}, {} ray {}", m.compared, purpose_name(m.purpose), m.index));
+    }
+    let m = &f.misclassified;
+    line(
+        out,
+        "software",
+        format_args!("{} of {} rays misclassified = {}", m.total, f.n_rays, percent(m.share)),
+    );
+    for (cause, n) in m.causes() {
+        line(out, "", format_args!("{cause:<14} {n:>11}   {:>10} of the rays", column_percent(n, f.n_rays)));
+    }
+    let t = &f.t_error;
+    let in_mm = |steps: f64, m: f64| format!("{} steps = {} mm", short(steps), short(1e3 * m));
+    line(
+        out,
+        "t error",
+        format_args!(
+            "median {}, p99 {}, max {}",
+            in_mm(t.steps.median_steps, t.median_m),
+            in_mm(t.steps.p99_steps, t.p99_m),
+            in_mm(t.steps.max_steps, t.max_m)
+        ),
+    );
+    line(
+        out,
+        "",
+        format_args!(
+            "over {} on one patch; a step is {} mm; at most {} of the derived bound",
+            count(t.steps.n, "hits"),
+            short(1e3 * f.step_m),
+            percent(t.steps.max_of_bound)
+        ),
+    );
+    wires_table(out, f);
+    first_test_table(out, &f.first_test);
+    if let Some(d) = &f.image {
+        line(
+            out,
+            "\nimage",
+            format_args!(
+                " {} of {} pixels differ, RMSE {} of the mean luminance, largest {}",
+                d.n_differing,
+                d.n_pixels,
+                percent(d.rmse_relative),
+                percent(d.max_relative)
+            ),
+        );
+    }
+}
+
+fn mismatches(n: u64) -> String {
+    match n {
+        0 => "board == oracle: 0 mismatches".to_owned(),
+        1 => "board != oracle: 1 MISMATCH".to_owned(),
+        n => format!("board != oracle: {n} MISMATCHES"),
+    }
+}
+
+fn wires_table(out: &mut String, f: &Findings) {
+    let Some(wire) = f.wires.iter().map(|w| w.wire.len()).max() else { return };
+    let wire = wire.max("wire".len());
+    let _ = writeln!(
+        out,
+        "\n{:<wire$}  {:>4}  {:>12}  {:>12}  {:>9}  {:>10}",
+        "wire", "bits", "can carry", "seen", "of that", "spare bits"
+    );
+    for w in &f.wires {
+        let used = if w.max_magnitude == 0 { 0.0 } else { w.seen as f64 / w.max_magnitude as f64 };
+        let _ = writeln!(
+            out,
+            "{:<wire$}  {:>4}  {:>12}  {:>12}  {:>9}  {:>10}  |{:<20}|",
+            w.wire,
+            w.bits,
+            power(w.max_magnitude),
+            power(w.seen),
+            percent(used),
+            w.spare_bits,
+            bits_bar(w.bits, w.spare_bits),
+        );
+    }
+}
+
+/// The bits that tests needed as a bar of 20.
+fn bits_bar(bits: u32, spare: u32) -> String {
+    let used = 20 * bits.saturating_sub(spare) / bits.max(1);
+    "#".repeat(used as usize)
+}
+
+/// A magnitude as a power of two.
+fn power(value: u128) -> String {
+    if value == 0 { "0".to_owned() } else { format!("2^{:.2}", (value as f64).log2()) }
+}
+
+fn first_test_table(out: &mut String, shares: &[FirstTestShare]) {
+    let Some(first) = shares.first() else { return };
+    let _ = writeln!(
+        out,
+        "\nfirst test at low width, then the exact one where it must: {}, no answer may be wrong",
+        count(first.tests, "tests")
+    );
+    let _ = writeln!(
+        out,
+        "{:>4}  {:>10}  {:>10}  {:>10}  {:>6}  {:>24}",
+        "bits", "saved", "inside", "undecided", "wrong", "wrong without the second"
+    );
+    for s in shares {
+        let of = |part: u64| column_percent(part, s.tests);
+        let _ = writeln!(
+            out,
+            "{:>4}  {:>10}  {:>10}  {:>10}  {:>6}  {:>24}",
+            s.bits,
+            of(s.saved),
+            of(s.inside),
+            of(s.undecided),
+            s.wrong,
+            of(s.narrow_wrong)
+        );
+    }
+}
+
+/// A positive number in three digits, short at any magnitude.
+fn short(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        m if m >= 9_995.0 || m < 0.001 => format!("{value:.1e}"),
+        m if m >= 99.95 => format!("{value:.0}"),
+        m if m >= 9.995 => format!("{value:.1}"),
+        m if m >= 0.999_5 => format!("{value:.2}"),
+        m if m >= 0.099_95 => format!("{value:.3}"),
+        _ => format!("{value:.4}"),
+    }
+}
+
+/// Shares at which the bar of a sweep begins and ends.
+const BAR_DECADES: [f64; 2] = [-6.0, 0.0];
+/// Characters of the bar: four a decade.
+const BAR: usize = 24;
+
+fn sweep_table(out: &mut String, sweep: &SweepReport) {
+    let Some(first) = sweep.rows.first() else { return };
+    let rays = match sweep.rows.iter().map(|r| r.findings.n_rays).max() {
+        Some(most) if most == first.findings.n_rays => count(most, "rays"),
+        Some(most) => format!("up to {}", count(most, "rays")),
+        None => String::new(),
+    };
+    let last = sweep.rows.last().map_or(first.value, |r| r.value);
+    let text = format!("{} {} to {last}, {rays} each", sweep.parameter, first.value);
+    line(out, "sweep", text);
+    let widths: Vec<u32> = first.findings.first_test.iter().map(|s| s.bits).collect();
+    let head = |out: &mut String, cells: &[(String, usize)]| {
+        let _ = write!(out, "{:>5}", cells[0].0);
+        for (cell, width) in &cells[1..] {
+            let _ = write!(out, "  {cell:>width$}");
+        }
+        out.push('\n');
+    };
+    // Titles over groups of columns, then the columns.
+    let _ = writeln!(
+        out,
+        "\n{:>5}  {:>8}  {:<48}  {:<38}  {}",
+        "",
+        "board !=",
+        "misclassified against software, % of the rays",
+        "error of t",
+        if widths.is_empty() { "" } else { "% of tests undecided at first-test bits" }
+    );
+    let mut cells = vec![("bits".to_owned(), 5), ("oracle".to_owned(), 8)];
+    cells.extend(["edge", "depth tie", "t step", "unexpl.", "all"].map(|c| (c.to_owned(), 8)));
+    cells[3].1 = 9;
+    cells
+        .extend([("median", 7), ("p99", 7), ("max steps", 9), ("max mm", 8)].map(|(c, w)| (c.to_owned(), w)));
+    cells.extend(widths.iter().map(|w| (w.to_string(), 6)));
+    head(out, &cells);
+    for row in &sweep.rows {
+        let f = &row.findings;
+        let m = &f.misclassified;
+        let pc = |n: u64| short(100.0 * share(n, f.n_rays));
+        let mut values = vec![row.value.to_string(), f.n_mismatches.to_string()];
+        values.extend(m.causes().map(|(_, n)| pc(n)));
+        values.push(pc(m.total));
+        let t = &f.t_error;
+        values.extend([t.steps.median_steps, t.steps.p99_steps, t.steps.max_steps, 1e3 * t.max_m].map(short));
+        values.extend(f.first_test.iter().map(|s| short(100.0 * share(s.undecided, s.tests))));
+        let cells: Vec<(String, usize)> = values.into_iter().zip(cells.iter().map(|c| c.1)).collect();
+        head(out, &cells);
+    }
+    let [low, high] = BAR_DECADES.map(|d| number(10_f64.powf(d + 2.0)));
+    let _ = writeln!(out, "\nmisclassified, {low} % to {high} % on a logarithmic scale, . = none");
+    for row in &sweep.rows {
+        let m = &row.findings.misclassified;
+        let bar = log_bar(m.share);
+        let _ = writeln!(out, "{:>5}  |{bar:<BAR$}| {}", row.value, percent(m.share));
+    }
+    if !widths.is_empty() {
+        let wrong: u64 = sweep.rows.iter().map(|r| r.findings.n_first_test_wrong()).sum();
+        let _ = writeln!(out, "\nfirst tests with a wrong answer, all widths: {wrong}");
+    }
+}
+
+/// A share as a bar on a logarithmic scale.
+fn log_bar(share: f64) -> String {
+    if share <= 0.0 {
+        return ".".to_owned();
+    }
+    let [low, high] = BAR_DECADES;
+    let full = (share.log10() - low) / (high - low) * BAR as f64;
+    "#".repeat((full.round().clamp(1.0, BAR as f64)) as usize)
+}
