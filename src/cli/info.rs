@@ -53,7 +53,8 @@ fn board_text(spec: &BoardSpec) -> String {
         let icu = spec.icu_timing();
         let _ = writeln!(
             out,
-            "\ndivision: latency {} cycles, initiation interval {} cycles; the ICU with it: depth {} cycles, initiation interval {} cycles",
+            "\ndivision: latency {} cycles, initiation interval {} cycles; \
+             the ICU with it: depth {} cycles, initiation interval {} cycles",
             unit.latency_cycles(),
             unit.initiation_interval_cycles(),
             icu.depth,

@@ -180,3 +180,5 @@ impl Divider {
 mod newton_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod timing_tests;

@@ -14,8 +14,8 @@
 //! 5. Rounding it to an integer adds 1/2: |estimate - num / den| <= E + 1/2, accepted when under 1. Then the floor is
 //!    the estimate or one less, and the sign of the remainder says which.
 //!
-//! The bound is not loose: with every divisor word of T = 8 tried, the largest |1 - d x_n| is at least 0.45 of e_n, and at
-//! T = 24 the refused 12 table bits with 1 iteration (E + 1/2 = 2.28) do give wrong quotients.
+//! The bound is not loose: with every divisor word of T = 8 tried, the largest |1 - d x_n| is at least 0.45 of e_n,
+//! and at T = 24 the refused 12 table bits with 1 iteration (E + 1/2 = 2.28) do give wrong quotients.
 //!
 //! Every step is computed in units of 2^-62 and rounded up. Fewest table bits that are accepted, by T and iterations:
 //!

@@ -6,8 +6,8 @@
 //! cycle 1: range check, load    ceil((T+3)/r) cycles: r rows each    then: correction    then: rounding
 //! ```
 //! With R the remainder, -den <= R < den: R' = 2R + next bit of num - den when R >= 0, + den when R < 0, which keeps
-//! the invariant, since 2R + bit lies in [0, 2 den) or in [-2 den, 0). After the last row R is the remainder of the floor
-//! or, when negative, short of it by den: one addition corrects it, and the quotient bits stand.
+//! the invariant, since 2R + bit lies in [0, 2 den) or in [-2 den, 0). After the last row R is the remainder of the
+//! floor or, when negative, short of it by den: one addition corrects it, and the quotient bits stand.
 //! The range check makes num >> rows < den, so that loading keeps the invariant too. The range of T + 3 bits is
 //! filled up with leading zero bits to a whole number of cycles.
 //! Source: Ercegovac, Lang 1994 (Division and square root, digit-recurrence algorithms), non-restoring radix 2; a
