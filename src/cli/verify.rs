@@ -36,7 +36,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome, CliError> {
     let sweep = args.sweep.as_deref().map(|text| Sweep::parse(text, &board)).transpose()?;
     let options = options(args, sweep.is_some());
     let mut session =
-        Session { args, options, n_runs: 0, first: None, warnings: Vec::new(), timings: Timings::default() };
+        Session { args, options, first: None, warnings: Vec::new(), timings: Timings::default() };
 
     let mut files = OutputFiles::new();
     let mut facts = None;
@@ -135,7 +135,6 @@ struct First {
 struct Session<'a> {
     args: &'a VerifyArgs,
     options: VerifyOptions,
-    n_runs: usize,
     first: Option<First>,
     warnings: Vec<String>,
     timings: Timings,
@@ -149,7 +148,6 @@ impl Session<'_> {
         let show = &mut |p| bars.show(p);
         let verified = frame::verify_scene(&args.scene, args.elements, board, &self.options, show)?;
         bars.finish();
-        self.n_runs += 1;
         for phase in &verified.timings.phases {
             self.timings.add_to(phase.name, phase.seconds);
         }

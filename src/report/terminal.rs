@@ -313,9 +313,22 @@ fn board_lines(out: &mut String, b: &BoardReport) {
     }
 }
 
+/// Longest line of phases (characters).
+const TIME_LINE: usize = 100;
+
 pub(super) fn time_line(out: &mut String, t: &Timings) {
-    let phases: Vec<String> = t.phases.iter().map(|p| format!("{} {}", p.name, si(p.seconds, "s"))).collect();
-    line(out, "wall time", format_args!("{} ({})", si(t.total_seconds, "s"), phases.join(", ")));
+    let mut text = format!("{} (", si(t.total_seconds, "s"));
+    let mut label = "wall time";
+    for (i, phase) in t.phases.iter().enumerate() {
+        let end = if i + 1 == t.phases.len() { ")" } else { ", " };
+        let item = format!("{} {}{end}", phase.name, si(phase.seconds, "s"));
+        if text.len() + item.len() > TIME_LINE {
+            line(out, label, text.trim_end());
+            (text, label) = (String::new(), "");
+        }
+        text.push_str(&item);
+    }
+    line(out, label, text);
 }
 
 /// What a stalled block waits for.

@@ -31,12 +31,20 @@ pub fn verify_summary(r: &VerifyReport) -> String {
     }
     out.push('\n');
     time_line(&mut out, &r.timings);
-    let verdict = if r.passed { "passed" } else { "FAILED" };
-    let what = match r.passed {
-        true => "every bit of the board is the oracle's",
-        false => "board and oracle differ: exit status 1",
-    };
-    line(&mut out, verdict, what);
+    let runs = r.findings.iter().chain(r.sweep.iter().flat_map(|s| s.rows.iter().map(|row| &row.findings)));
+    let (mut differ, mut wrong) = (0, 0);
+    for run in runs {
+        differ += run.n_mismatches;
+        wrong += run.n_first_test_wrong();
+    }
+    match r.passed {
+        true => line(&mut out, "passed", "every compared bit of the board is the oracle's"),
+        false => line(
+            &mut out,
+            "FAILED",
+            format_args!("{differ} answers or tests differ from the oracle, {wrong} first tests are wrong"),
+        ),
+    }
     out
 }
 
@@ -247,42 +255,44 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
     let text = format!("{} {} to {last}, {rays} each", sweep.parameter, first.value);
     line(out, "sweep", text);
     let widths: Vec<u32> = first.findings.first_test.iter().map(|s| s.bits).collect();
-    let head = |out: &mut String, cells: &[(String, usize)]| {
-        let _ = write!(out, "{:>5}", cells[0].0);
-        for (cell, width) in &cells[1..] {
-            let _ = write!(out, "  {cell:>width$}");
+    let undecided = 7 * widths.len().saturating_sub(1) + 6;
+    let _ = writeln!(
+        out,
+        "\n{:>5} {:>6} | {:<34} | {:<31} {}",
+        "",
+        "board",
+        "misclassified, % of the rays",
+        "error of t, coordinate steps",
+        if widths.is_empty() {
+            String::new()
+        } else {
+            format!("| {:<undecided$}", "undecided at first-test bits, %")
+        }
+    );
+    let row = |out: &mut String, cells: &[String]| {
+        let _ = write!(out, "{:>5} {:>6}", cells[0], cells[1]);
+        for (i, cell) in cells.iter().enumerate().skip(2) {
+            let bar = if matches!(i, 2 | 7 | 11) { " |" } else { "" };
+            let width = if (7..11).contains(&i) { 7 } else { 6 };
+            let _ = write!(out, "{bar} {cell:>width$}");
         }
         out.push('\n');
     };
-    // Titles over groups of columns, then the columns.
-    let _ = writeln!(
-        out,
-        "\n{:>5}  {:>8}  {:<48}  {:<38}  {}",
-        "",
-        "board !=",
-        "misclassified against software, % of the rays",
-        "error of t",
-        if widths.is_empty() { "" } else { "% of tests undecided at first-test bits" }
-    );
-    let mut cells = vec![("bits".to_owned(), 5), ("oracle".to_owned(), 8)];
-    cells.extend(["edge", "depth tie", "t step", "unexpl.", "all"].map(|c| (c.to_owned(), 8)));
-    cells[3].1 = 9;
-    cells
-        .extend([("median", 7), ("p99", 7), ("max steps", 9), ("max mm", 8)].map(|(c, w)| (c.to_owned(), w)));
-    cells.extend(widths.iter().map(|w| (w.to_string(), 6)));
-    head(out, &cells);
-    for row in &sweep.rows {
-        let f = &row.findings;
+    let titles =
+        ["bits", "!= or.", "edge", "tie", "t step", "unexpl", "all", "median", "p99", "max", "max mm"];
+    let titles = titles.into_iter().map(str::to_owned).chain(widths.iter().map(u32::to_string));
+    row(out, &titles.collect::<Vec<_>>());
+    for swept in &sweep.rows {
+        let f = &swept.findings;
         let m = &f.misclassified;
         let pc = |n: u64| short(100.0 * share(n, f.n_rays));
-        let mut values = vec![row.value.to_string(), f.n_mismatches.to_string()];
-        values.extend(m.causes().map(|(_, n)| pc(n)));
-        values.push(pc(m.total));
+        let mut cells = vec![swept.value.to_string(), f.n_mismatches.to_string()];
+        cells.extend(m.causes().map(|(_, n)| pc(n)));
+        cells.push(pc(m.total));
         let t = &f.t_error;
-        values.extend([t.steps.median_steps, t.steps.p99_steps, t.steps.max_steps, 1e3 * t.max_m].map(short));
-        values.extend(f.first_test.iter().map(|s| short(100.0 * share(s.undecided, s.tests))));
-        let cells: Vec<(String, usize)> = values.into_iter().zip(cells.iter().map(|c| c.1)).collect();
-        head(out, &cells);
+        cells.extend([t.steps.median_steps, t.steps.p99_steps, t.steps.max_steps, 1e3 * t.max_m].map(short));
+        cells.extend(f.first_test.iter().map(|s| short(100.0 * share(s.undecided, s.tests))));
+        row(out, &cells);
     }
     let [low, high] = BAR_DECADES.map(|d| number(10_f64.powf(d + 2.0)));
     let _ = writeln!(out, "\nmisclassified, {low} % to {high} % on a logarithmic scale, . = none");

@@ -211,3 +211,7 @@ fn judge_test(vectors: &Vectors, test: &TestVector) -> (Answers, bool) {
     let same = wires == test.wires && wires == board_wires(&taps(f, ray, patch));
     (answers, answers.hold() && same)
 }
+
+#[cfg(test)]
+#[path = "check_tests.rs"]
+mod tests;
