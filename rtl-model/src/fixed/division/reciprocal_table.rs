@@ -23,7 +23,8 @@ pub(super) const EXTRA_FRAC_BITS: u32 = 2;
 ///
 /// 1/c = 2^(m+2) / (2^(m+1) + 2i + 1), so that the entry is 2^(2m+4) over an odd number, to nearest: never a tie.
 pub fn reciprocal_table(table_bits: u32) -> Vec<u128> {
-    let numerator = 1_u128 << (2 * table_bits + 2 + EXTRA_FRAC_BITS);
+    let entry_frac_bits = table_bits + EXTRA_FRAC_BITS;
+    let numerator = 1_u128 << (entry_frac_bits + table_bits + 2);
     let first = (1_u128 << (table_bits + 1)) + 1;
     (0..1_u128 << table_bits).map(|i| first + 2 * i).map(|odd| (numerator + odd / 2) / odd).collect()
 }
