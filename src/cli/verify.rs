@@ -69,8 +69,8 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome, CliError> {
         let svg = report::sweep_plot::sweep_svg(sweep, &plan::scene_name(&args.scene), &board.name);
         files.stage(path, svg.map_err(CliError::Plot)?.into_bytes());
     }
-    let runs = findings.iter().chain(sweep.iter().flat_map(|s| s.rows.iter().map(|row| &row.findings)));
-    let passed = runs.fold(true, |passed, run| passed && run.passed());
+    let mut runs = findings.iter().chain(sweep.iter().flat_map(|s| s.rows.iter().map(|row| &row.findings)));
+    let passed = runs.all(Findings::passed);
     let mismatch_text = session.first.take().map(|first| session.first_mismatch(first, mismatch));
     let Session { options, timings, warnings, .. } = session;
     let report = VerifyReport {

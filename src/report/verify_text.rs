@@ -230,7 +230,7 @@ fn first_test_table(out: &mut String, shares: &[FirstTestShare]) {
 fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
-        m if m >= 9_995.0 || m < 0.001 => format!("{value:.1e}"),
+        m if !(0.001..9_995.0).contains(&m) => format!("{value:.1e}"),
         m if m >= 99.95 => format!("{value:.0}"),
         m if m >= 9.995 => format!("{value:.1}"),
         m if m >= 0.999_5 => format!("{value:.2}"),
