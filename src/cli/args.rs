@@ -29,8 +29,7 @@ const MAX_RAYS: i64 = 100_000_000;
 
 Lengths are in metres, radiometric quantities in W/m^2 per linear RGB channel.
 Numbers go to stdout, progress and warnings to stderr.
-Exit status: 0 fine, 1 a check failed (verify, simulate --rays VECTORS, compare --threshold), 2 a bad
-input, named."
+Exit status: 0 fine, 1 a check failed (verify, simulate of vectors, compare), 2 a bad input, named."
 )]
 pub struct CommandLine {
     /// Threads of the host [default: one a processor]; results do not depend on it
@@ -243,13 +242,13 @@ pub enum WorkloadArg {
   radeng simulate scene.toml --rays rays.csv           rays in metres through a scene
   radeng simulate --rays vectors.csv --board minimal   test vectors: no scene, no renderer
 
-With SCENE a rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in metres, t_max in lengths of
-the direction. Empty lines and lines that start with # are skipped.
+With SCENE a rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in metres, t_max in lengths of \
+    the direction. Empty lines and lines that start with # are skipped.
 
-Without SCENE it holds test vectors (.csv or .rvec): patches, rays, expected answers and single tests in the
-board's words. The board takes the file's number formats; the clocked board, the functional model and the
-oracle must agree with each other and with the file: exit status 1 otherwise, with the first wrong answer
-and all its wires. `radeng verify --vectors` writes such files; their first lines say what each column is.")]
+Without SCENE it holds test vectors (.csv or .rvec): patches, rays, expected answers and single tests in the \
+    board's words. The board takes the file's number formats; the clocked board, the functional model and the \
+    oracle must agree with each other and with the file: exit status 1 otherwise, with the first wrong answer \
+    and all its wires. `radeng verify --vectors` writes such files; their first lines say what each column is.")]
 pub struct SimulateArgs {
     /// The scene file (TOML); none for test vectors
     #[arg(required_unless_present = "rays")]
@@ -290,12 +289,13 @@ pub struct SimulateArgs {
   radeng verify scene.toml --sweep frac_bits=8..28:4 --first-test 6,8,10
   radeng verify scene.toml --vectors out.csv && radeng simulate --rays out.csv
 
-The rays of both passes (camera, form factors, shadows, specular) are cast in software, and a share of each
-kind goes through board and oracle: every answer, and every wire of a sample of tests, must be equal bit for
-bit. On the first difference the exit status is 1, all wires are printed side by side, and the case is
-written as test vectors with the command that replays it. What differs from the software caster, which
-rounds nothing, is measured: misclassified rays by cause, error of t, unused bits of each wire, error of the
-picture, and what a first test of fewer bits would save.")]
+The rays of both passes (camera, form factors, shadows, specular) are cast in software, and a share of each \
+    kind goes through board and oracle: every answer, and every wire of a sample of tests, must be equal bit for \
+    bit. On the first difference the exit status is 1, all wires are printed side by side, and the case is \
+    written as test vectors with the command that replays it.
+
+What differs from the software caster, which rounds nothing, is measured: misclassified rays by cause, error of \
+    t, unused bits of each wire, error of the picture, and what a first test of fewer bits would save.")]
 pub struct VerifyArgs {
     /// The scene file (TOML)
     pub scene: PathBuf,

@@ -69,8 +69,8 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome, CliError> {
         let svg = report::sweep_plot::sweep_svg(sweep, &plan::scene_name(&args.scene), &board.name);
         files.stage(path, svg.map_err(CliError::Plot)?.into_bytes());
     }
-    let runs = findings.iter().chain(sweep.iter().flat_map(|s| s.rows.iter().map(|row| &row.findings)));
-    let passed = runs.fold(true, |passed, run| passed && run.passed());
+    let mut runs = findings.iter().chain(sweep.iter().flat_map(|s| s.rows.iter().map(|row| &row.findings)));
+    let passed = runs.all(Findings::passed);
     let mismatch_text = session.first.take().map(|first| session.first_mismatch(first, mismatch));
     let Session { options, timings, warnings, .. } = session;
     let report = VerifyReport {
@@ -195,5 +195,92 @@ impl Session<'_> {
             Err(e) => self.warnings.push(format!("the first mismatch could not be written: {e}")),
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use rtl_model::datapath::{HitWords, PatchWords, RayWords};
+    use rtl_model::fixed::Formats;
+    use rtl_model::memory_image::MemoryImage;
+
+    use super::*;
+    use crate::cli::{Command, CommandLine};
+    use crate::raycast::Purpose;
+    use crate::vectors::{Expected, Vectors};
+    use crate::verify::{Compared, Model};
+
+    fn first() -> First {
+        let corners = [[-10, -10, 50], [10, -10, 50], [10, 10, 50], [-10, 10, 50]];
+        let patch = PatchWords { corners, is_triangle: false, id: 0 };
+        let mismatch = Mismatch {
+            compared: Compared::NearestHit,
+            any_hit: false,
+            model: Model::Functional,
+            purpose: Purpose::Primary,
+            index: 5,
+            ray: RayWords { origin: [0; 3], dir: [0, 0, 1 << 23], t_max: 1 << 26 },
+            board: None,
+            oracle: Some(HitWords { t: 100, patch: 0, facing: rtl_model::datapath::Facing::Back }),
+            patches: vec![patch],
+        };
+        let image = MemoryImage::build(&Formats::default(), &[patch], None);
+        First { vectors: vectors::of_mismatch(&image, &mismatch), mismatch, title: String::new() }
+    }
+
+    /// Tells `first`, with `--mismatch path`, on the minimal board.
+    fn told(path: &Path) -> (String, Vec<String>) {
+        let path = path.to_str().unwrap();
+        let line = ["radeng", "verify", "s.toml", "--board", "minimal", "--mismatch", path];
+        let Command::Verify(args) = CommandLine::try_parse_from(line).unwrap().command else { panic!() };
+        let options = options(&args, false);
+        let (warnings, timings) = (Vec::new(), Timings::default());
+        let mut session = Session { args: &args, options, first: None, warnings, timings };
+        let text = session.first_mismatch(first(), format_of(args.mismatch.as_deref()).unwrap());
+        (text, session.warnings)
+    }
+
+    #[test]
+    fn mismatch_is_written_and_told_with_the_command_that_replays_it() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["m.csv", "m.rvec"] {
+            let path = dir.path().join(name);
+            let (text, warnings) = told(&path);
+            assert!(warnings.is_empty(), "{warnings:?}");
+            let command = format!("replay     radeng simulate --rays {} --board minimal\n", path.display());
+            assert!(text.ends_with(&command), "{text}");
+            assert!(text.contains("first mismatch: primary ray 5, the nearest hit"), "{text}");
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(VectorsFormat::sniff(&bytes), VectorsFormat::of(&path));
+            let vectors = Vectors::from_bytes(&bytes).unwrap();
+            assert_eq!(vectors.rays[0].expected, Some(Expected::Nearest(first().mismatch.oracle)));
+        }
+    }
+
+    #[test]
+    fn mismatch_that_cannot_be_written_is_still_told() {
+        let (text, warnings) = told(Path::new("/no/such/folder/m.csv"));
+        assert!(text.contains("first mismatch") && !text.contains("replay"), "{text}");
+        assert!(warnings[0].contains("/no/such/folder/m.csv"), "{warnings:?}");
+    }
+
+    #[test]
+    fn first_test_widths_are_sorted_and_images_are_off_in_sweeps_unless_asked_for() {
+        let parsed = |extra: &[&str]| {
+            let line = [&["radeng", "verify", "s.toml"][..], extra].concat();
+            match CommandLine::try_parse_from(line).unwrap().command {
+                Command::Verify(args) => args,
+                _ => panic!(),
+            }
+        };
+        let args = parsed(&["--first-test", "10,6,10"]);
+        assert_eq!(options(&args, false).first_test_bits, [6, 10]);
+        assert!(options(&args, false).compare_image && !options(&args, true).compare_image);
+        assert!(!options(&parsed(&["--no-image"]), false).compare_image);
+        assert!(options(&parsed(&["--sweep", "t_frac_bits=8..9", "--image"]), true).compare_image);
+        let defaults = options(&parsed(&[]), false);
+        assert_eq!((defaults.n_rays, defaults.n_clocked), (1_000_000, 20_000));
+        assert_eq!(defaults.first_test_bits, [6, 8, 10, 12, 16]);
     }
 }

@@ -29,12 +29,17 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
 ];
 
+/// The colour of a sum.
+const PALE: RGBColor = RGBColor(200, 200, 200);
+
 /// Lines over the swept values.
 struct Panel {
     title: &'static str,
     y_title: &'static str,
     legend_title: &'static str,
     series: Vec<(String, Vec<(f64, f64)>)>,
+    /// The first line is the sum of the others: wide and pale beneath them.
+    is_sum_first: bool,
 }
 
 /// The picture as SVG text.
@@ -74,12 +79,14 @@ fn panels(sweep: &SweepReport) -> Vec<Panel> {
             y_title: "% of the rays",
             legend_title: "by cause",
             series: causes,
+            is_sum_first: true,
         },
         Panel {
             title: "Distance of the board's hit from software's, on one patch",
             y_title: "mm",
             legend_title: "",
             series: errors,
+            is_sum_first: false,
         },
     ];
     let widths: Vec<u32> =
@@ -95,6 +102,7 @@ fn panels(sweep: &SweepReport) -> Vec<Panel> {
             y_title: "% of the tests",
             legend_title: "first test",
             series: undecided.collect(),
+            is_sum_first: false,
         });
     }
     all
@@ -142,6 +150,7 @@ fn draw_panel<'a>(area: &Area<'a>, parameter: &str, panel: &Panel) -> Result<(),
         .configure_mesh()
         .light_line_style(RGBColor(240, 240, 240))
         .bold_line_style(RGBColor(215, 215, 215))
+        .x_max_light_lines(1)
         .x_labels(n_labels.min(24))
         .x_desc(parameter)
         .y_desc(panel.y_title)
@@ -152,31 +161,36 @@ fn draw_panel<'a>(area: &Area<'a>, parameter: &str, panel: &Panel) -> Result<(),
         .draw()?;
     legend.draw(&Text::new(panel.legend_title, (10, 44), ("sans-serif", 14).into_font()))?;
     for (i, ((name, points), colour)) in panel.series.iter().zip(COLOURS.iter().cycle()).enumerate() {
-        let style = colour.stroke_width(2);
+        let beneath = i == 0 && panel.is_sum_first;
+        let (colour, width, radius) = if beneath { (PALE, 7, 5) } else { (*colour, 2, 3) };
+        let style = colour.stroke_width(width);
         for run in points.split(|p| p.1 <= 0.0).filter(|run| !run.is_empty()) {
             chart.draw_series(LineSeries::new(run.iter().copied(), style))?;
-            chart.draw_series(run.iter().map(|p| Circle::new(*p, 3, colour.filled())))?;
+            chart.draw_series(run.iter().map(|p| Circle::new(*p, radius, colour.filled())))?;
         }
         let y = 72 + 22 * i as i32;
         let none = points.iter().all(|p| p.1 <= 0.0);
         let name = if none { format!("{name}: 0 throughout") } else { name.clone() };
         legend.draw(&PathElement::new(vec![(10, y), (38, y)], style))?;
-        legend.draw(&Circle::new((24, y), 3, colour.filled()))?;
+        legend.draw(&Circle::new((24, y), radius, colour.filled()))?;
         legend.draw(&Text::new(name, (46, y - 8), ("sans-serif", 14).into_font()))?;
     }
     Ok(())
 }
 
-/// The powers of ten around all positive values.
+/// Room beyond the outer decades, so that their ticks are drawn.
+const ROOM: f64 = 1.1;
+
+/// The powers of ten around all positive values, with a little room.
 fn decades(panel: &Panel) -> (f64, f64) {
     let positive =
         || panel.series.iter().flat_map(|(_, points)| points.iter().map(|p| p.1)).filter(|y| *y > 0.0);
     let (low, high) = positive().fold((f64::INFINITY, 0.0_f64), |(a, b), y| (a.min(y), b.max(y)));
     if high == 0.0 {
-        return (1e-3, 1.0);
+        return (1e-3 / ROOM, ROOM);
     }
     let (low, high) = (low.log10().floor(), high.log10().ceil());
-    (10_f64.powf(low), 10_f64.powf(if high > low { high } else { low + 1.0 }))
+    (10_f64.powf(low) / ROOM, 10_f64.powf(if high > low { high } else { low + 1.0 }) * ROOM)
 }
 
 /// A tick's value without the last bits of its power.

@@ -230,7 +230,7 @@ fn first_test_table(out: &mut String, shares: &[FirstTestShare]) {
 fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
-        m if m >= 9_995.0 || m < 0.001 => format!("{value:.1e}"),
+        m if !(0.001..9_995.0).contains(&m) => format!("{value:.1e}"),
         m if m >= 99.95 => format!("{value:.0}"),
         m if m >= 9.995 => format!("{value:.1}"),
         m if m >= 0.999_5 => format!("{value:.2}"),
@@ -255,19 +255,14 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
     let text = format!("{} {} to {last}, {rays} each", sweep.parameter, first.value);
     line(out, "sweep", text);
     let widths: Vec<u32> = first.findings.first_test.iter().map(|s| s.bits).collect();
-    let undecided = 7 * widths.len().saturating_sub(1) + 6;
     let _ = writeln!(
         out,
         "\n{:>5} {:>6} | {:<34} | {:<31} {}",
         "",
-        "board",
+        "oracle",
         "misclassified, % of the rays",
         "error of t, coordinate steps",
-        if widths.is_empty() {
-            String::new()
-        } else {
-            format!("| {:<undecided$}", "undecided at first-test bits, %")
-        }
+        if widths.is_empty() { String::new() } else { "| undecided at first-test bits, %".to_owned() }
     );
     let row = |out: &mut String, cells: &[String]| {
         let _ = write!(out, "{:>5} {:>6}", cells[0], cells[1]);
@@ -279,7 +274,7 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
         out.push('\n');
     };
     let titles =
-        ["bits", "!= or.", "edge", "tie", "t step", "unexpl", "all", "median", "p99", "max", "max mm"];
+        ["bits", "differ", "edge", "tie", "t step", "unexpl", "all", "median", "p99", "max", "max mm"];
     let titles = titles.into_iter().map(str::to_owned).chain(widths.iter().map(u32::to_string));
     row(out, &titles.collect::<Vec<_>>());
     for swept in &sweep.rows {
@@ -315,4 +310,155 @@ fn log_bar(share: f64) -> String {
     let [low, high] = BAR_DECADES;
     let full = (share.log10() - low) / (high - low) * BAR as f64;
     "#".repeat((full.round().clamp(1.0, BAR as f64)) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::radiosity::SolveOptions;
+    use crate::raycast::Purpose;
+    use crate::render::RenderOptions;
+    use crate::report::{SceneFacts, SweepRow, Timings};
+    use crate::verify::{
+        Misclassified, OracleScope, PurposeRays, TError, Verification, VerifyOptions, WireMargin,
+    };
+
+    fn verification(n_mismatches: u64, wrong: u64) -> Verification {
+        Verification {
+            formats: Formats { cross_keep_bits: Some(20), ..Formats::default() },
+            rays: vec![PurposeRays { purpose: Purpose::Shadow, cast: 5000, verified: 1000 }],
+            n_clocked: 10,
+            n_wire_tests: 70,
+            n_mismatches,
+            first_mismatch: None,
+            oracle_scope: OracleScope::TestedPatches,
+            misclassified: Misclassified { edge: 10, depth_tie: 3, t_step: 2, unexplained: 0 },
+            first_unexplained: None,
+            t_error: TError { n: 900, median_steps: 0.25, p99_steps: 2.0, max_steps: 8.0, max_of_bound: 0.5 },
+            wires: vec![WireMargin { wire: "a", bits: 10, max_magnitude: 512, seen: 64, spare_bits: 2 }],
+            first_test: vec![FirstTestShare {
+                bits: 8,
+                tests: 1000,
+                saved: 800,
+                inside: 150,
+                undecided: 50,
+                wrong,
+                narrow_wrong: 5,
+            }],
+            image: None,
+        }
+    }
+
+    fn report(n_mismatches: u64, wrong: u64) -> VerifyReport {
+        let findings = Findings::new(&verification(n_mismatches, wrong), 1e-3);
+        VerifyReport {
+            schema: VerifyReport::SCHEMA,
+            scene: SceneFacts {
+                path: "s.toml".into(),
+                n_surfaces: 1,
+                n_materials: 1,
+                n_lights: 0,
+                n_elements: 4,
+                n_vertices: 9,
+                n_patches: 1,
+                n_cast_patches: 1,
+                n_t_junctions: 0,
+            },
+            board: BoardSpec::default(),
+            options: VerifyOptions {
+                n_rays: 1000,
+                n_clocked: 10,
+                first_test_bits: vec![8],
+                solve: SolveOptions::default(),
+                picture: RenderOptions::default(),
+                compare_image: false,
+            },
+            passed: findings.passed(),
+            findings: Some(findings),
+            sweep: None,
+            timings: Timings::default(),
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn summary_gives_shares_steps_and_millimetres() {
+        let text = verify_summary(&report(0, 0));
+        for part in [
+            "board == oracle: 0 mismatches on 1000 rays (10 of them clocked) and 70 tests wire by wire",
+            "edge normals rounded to 20",
+            "over the patches that the board tests",
+            "15 of 1000 rays misclassified = 1.50 %",
+            "1.00 % of the rays",
+            "median 0.250 steps = 0.250 mm, p99 2.00 steps = 2.00 mm, max 8.00 steps = 8.00 mm",
+            "at most 50.0 % of the derived bound",
+            "2^9.00        2^6.00     12.5 %",
+            "|################    |",
+            "80.0 %      15.0 %      5.00 %       0",
+            "\npassed ",
+        ] {
+            assert!(text.contains(part), "'{part}' is missing in\n{text}");
+        }
+    }
+
+    #[test]
+    fn summary_of_a_failure_says_what_failed() {
+        let text = verify_summary(&report(3, 0));
+        assert!(text.contains("board != oracle: 3 MISMATCHES on"), "{text}");
+        assert!(
+            text.contains("\nFAILED     3 answers or tests differ from the oracle, 0 first tests"),
+            "{text}"
+        );
+        let text = verify_summary(&report(0, 2));
+        assert!(
+            text.contains("\nFAILED     0 answers or tests differ from the oracle, 2 first tests"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn sweep_table_aligns_its_columns_and_bars_shrink_by_decades() {
+        let mut report = report(0, 0);
+        let row = |value: u32, edge: u64| {
+            let mut found = verification(0, 0);
+            found.misclassified = Misclassified { edge, ..Misclassified::default() };
+            SweepRow { value, findings: Findings::new(&found, 1e-3) }
+        };
+        let rows = vec![row(8, 100), row(12, 10), row(16, 0)];
+        report.sweep = Some(SweepReport { parameter: "t_frac_bits", rows });
+        report.findings = None;
+        let text = verify_summary(&report);
+        let table = text.lines().take_while(|l| !l.starts_with("misclassified"));
+        let table: Vec<&str> = table.filter(|l| l.contains(" | ")).collect();
+        assert_eq!(table.len(), 5, "{text}");
+        let bars =
+            |line: &str| line.char_indices().filter(|(_, c)| *c == '|').map(|(i, _)| i).collect::<Vec<_>>();
+        assert!(table[1..].iter().all(|line| bars(line) == bars(table[1])), "{text}");
+        assert!(table[2].starts_with("    8      0 |   10.0"), "{text}");
+        let bar = |value: &str| {
+            let line = text.lines().find(|l| l.starts_with(&format!("   {value}  |"))).unwrap();
+            line.matches('#').count()
+        };
+        assert_eq!((bar(" 8"), bar("12"), bar("16")), (20, 16, 0));
+    }
+
+    #[test]
+    fn sweep_plot_holds_every_line_and_names_those_that_are_zero() {
+        let rows = [(8, 100), (9, 0), (10, 10), (11, 1)].map(|(value, edge)| {
+            let mut found = verification(0, 0);
+            found.misclassified = Misclassified { edge, ..Misclassified::default() };
+            SweepRow { value, findings: Findings::new(&found, 1e-3) }
+        });
+        let sweep = SweepReport { parameter: "dir_frac_bits", rows: rows.to_vec() };
+        let svg = super::super::sweep_plot::sweep_svg(&sweep, "room <1>", "a & b").unwrap();
+        for part in
+            ["room &lt;1&gt; on a &amp; b: dir_frac_bits", "depth tie: 0 throughout", "8 bits", "0.1", "mm"]
+        {
+            assert!(svg.contains(part), "'{part}' is missing");
+        }
+        // Four values of 'all', 'edge', the three errors and one first test, less two values of 0; legends: 5 + 3 + 1.
+        assert_eq!(svg.matches("<circle").count(), 4 * 6 - 2 + 9);
+        let one = SweepReport { rows: rows[1..2].to_vec(), ..sweep };
+        assert!(super::super::sweep_plot::sweep_svg(&one, "s", "b").unwrap().contains("<svg"));
+    }
 }

@@ -61,7 +61,7 @@ fn check_of_a_sample_holds_at_every_rounding_of_edge_normals() {
         assert_eq!(found.statistics.canonical.rays, 100);
         hits += vectors.rays.iter().filter(|r| r.expected.is_some_and(|e| e.hit().is_some())).count();
     }
-    assert!(hits > 20, "{hits} hits");
+    assert!(hits > 5, "{hits} hits");
 }
 
 #[test]

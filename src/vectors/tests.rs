@@ -323,7 +323,7 @@ fn binary_with_a_fault_names_the_byte_and_the_field() {
         (patches + 4, 1 << 31, " byte 44: a bit of the patch record outside its fields is 1, expected 0"),
         (rays + 3, 8, " byte 84: the ray's control word is 8, expected 0 to 7"),
         (rays + 3, 0, " byte 84: a bit of the ray record outside its fields is 1, expected 0"),
-        (rays, 1 << 31, " byte 84: "),
+        (rays + 2, 1 << 31, " byte 84: a bit of the ray record outside its fields is 1, expected 0"),
     ];
     for (at, word, message) in cases {
         let e = with(at, word);
