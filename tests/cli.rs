@@ -9,7 +9,7 @@ use radiosity_engine::units::Rgb;
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SUBCOMMANDS: [&str; 6] = ["render", "solve", "probe", "simulate", "compare", "info"];
+const SUBCOMMANDS: [&str; 7] = ["render", "solve", "probe", "simulate", "verify", "compare", "info"];
 
 /// A folder to run in; every file that a command leaves shows here.
 struct Place {

@@ -95,12 +95,12 @@ fn arithmetic(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Rays that pass a patch at about its own size, as in a cell list: the narrow test alone, and before the exact one.
+/// Rays that pass a patch within about its own size: the narrow test alone, and before the exact one.
 fn dual_precision(criterion: &mut Criterion) {
     let formats = Formats::default();
     let mut random = Random(3);
     let patches = quads(&mut random, &formats, PAIRS as u32, 4);
-    let rays: Vec<RayWords> = patches.iter().map(|p| aimed(&mut random, &formats, p, 1 << 22)).collect();
+    let rays: Vec<RayWords> = patches.iter().map(|p| aimed(&mut random, &formats, p, 1 << 20)).collect();
     let pairs: Vec<_> = rays.iter().zip(&patches).collect();
 
     let mut group = criterion.benchmark_group("dual_precision");

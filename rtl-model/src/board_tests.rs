@@ -6,10 +6,12 @@ use super::*;
 use crate::datapath::PatchWords;
 use crate::datapath::test_support::{formats, widths};
 use crate::fixed::Formats;
+use crate::fixed::division::DividerForm;
 use crate::functional;
 use crate::sim::Cause;
 use crate::spec::{
-    ClusterBufferSpec, ClusterSpec, DramSpec, ListCacheSpec, MemoryLevels, PatchCacheSpec, Scheduling,
+    ClusterBufferSpec, ClusterSpec, DivisionSpec, DivisionUnit, DramSpec, ListCacheSpec, MemoryLevels,
+    PatchCacheSpec, Scheduling,
 };
 
 /// A small deterministic generator: 31 random bits a call.
@@ -74,6 +76,22 @@ fn rays_of(formats: &Formats, bundles: &[BundleWords]) -> Vec<RayWords> {
     bundles.iter().flat_map(|b| (0..b.n_rays()).map(|i| b.ray(formats, i))).collect()
 }
 
+/// Division units that serve every width, and the division within the pipeline.
+fn any_division() -> impl Strategy<Value = DivisionSpec> {
+    let units = [DivisionUnit::InPipeline, DivisionUnit::NonRestoring, DivisionUnit::Newton];
+    let forms = [DividerForm::Serial, DividerForm::Unrolled];
+    (0_usize..3, 0_usize..2, 1u32..5, (9u32..13, 2u32..4, 1u32..4)).prop_map(
+        move |(unit, form, radix_log2, (table_bits, iterations, multiplier_cycles))| DivisionSpec {
+            unit: units[unit],
+            radix_log2,
+            form: forms[form],
+            table_bits,
+            iterations,
+            multiplier_cycles,
+        },
+    )
+}
+
 /// Boards that differ in everything that is timing.
 fn any_spec() -> impl Strategy<Value = BoardSpec> {
     let structure = (1u32..5, 1u32..4, 1u32..5, 1u32..4, 1u32..9);
@@ -82,7 +100,8 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
     let memory = (0u32..3, 0u32..5, 0u32..5, 1u32..4, 0u32..2, 1u32..5);
     let bus = (0u32..4, 0u32..3, 0u32..6, 0u32..4);
     let dram = (3u32..10, 1u32..6, 1u32..20, 0u32..9, 0u32..9);
-    (structure, timing, fifos, memory, bus, dram, widths()).prop_map(|(s, t, f, m, b, d, w)| {
+    let parts = (structure, timing, fifos, memory, bus, dram, widths(), any_division());
+    parts.prop_map(|(s, t, f, m, b, d, w, division)| {
         let mut spec = BoardSpec {
             scheduling: [Scheduling::Static, Scheduling::Ideal][m.4 as usize],
             ..BoardSpec::default()
@@ -96,6 +115,7 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
         spec.ctu.depth = t.1;
         spec.icu.initiation_interval = t.2;
         spec.icu.depth = t.3;
+        spec.division = division;
         spec.fifos.ctu_icu = f.0;
         spec.fifos.icu_reducer = f.1;
         spec.fifos.results = f.2;

@@ -121,7 +121,7 @@ fn random_scene() -> impl Strategy<Value = Scene> {
 
 #[test]
 fn trace_random_scenes_of_all_formats_equals_the_oracle() {
-    compare(random_scene(), N_RAYS, 8);
+    compare(random_scene(), N_RAYS, 16);
 }
 
 /// Walls, nearly parallel to the cell planes and within three steps of them, and rays for which a plane lies where t
@@ -247,7 +247,7 @@ fn trace_hits_on_cell_planes_and_corners_and_rays_along_planes_equals_the_oracle
 #[test]
 #[ignore = "long: 10^7 rays of each kind of scene; cargo test --release -p rtl-model --lib functional -- --ignored"]
 fn trace_ten_million_rays_of_each_kind_equals_the_oracle() {
-    compare(random_scene(), 10_000_000, 8);
+    compare(random_scene(), 10_000_000, 16);
     compare(walls(), 10_000_000, 4);
     compare(lattice(), 10_000_000, 8);
 }
@@ -276,10 +276,10 @@ fn compare_board(preset: &str, cases: u32) {
 
 #[test]
 fn board_minimal_on_adversarial_scenes_equals_the_oracle() {
-    compare_board("minimal", 24);
+    compare_board("minimal", 100);
 }
 
 #[test]
 fn board_delft_1992_on_adversarial_scenes_equals_the_oracle() {
-    compare_board("delft-1992", 24);
+    compare_board("delft-1992", 100);
 }

@@ -154,5 +154,30 @@ fn trace_two_walls_of_one_t_on_both_sides_of_a_plane_answers_the_smaller_id() {
     }
 }
 
+/// A wall in the first of two cells, and one that slants through both and is met behind the plane.
+#[test]
+fn trace_wall_in_the_first_cell_ends_there_and_any_hit_ends_with_whatever_it_found() {
+    let formats = formats(8, 8, 8);
+    let ray = RayWords { origin: [-128, 0, 0], dir: [255, 0, 0], t_max: formats.t_limit() };
+    let slanted = |at: i32, lean: i32, id| {
+        let corners = [[at, -50, -50], [at - lean, 50, -50], [at - lean, 50, 50], [at, -50, 50]];
+        PatchWords { corners, is_triangle: false, id }
+    };
+    let work = |patches: &[PatchWords], any_hit| {
+        let done = trace(&MemoryImage::build(&formats, patches, Some(1)), &ray, any_hit);
+        (done.hit.map(|hit| hit.patch), done.cells, done.list_entries, done.tests)
+    };
+    let near = slanted(-64, 0, 7);
+    assert_eq!(work(&[near], false), (Some(7), 1, 1, 1));
+    assert_eq!(work(&[near], true), (Some(7), 1, 1, 1));
+    // Through x = -30 to 50, met at x = 10: listed in both cells, tested once.
+    let both = slanted(50, 80, 8);
+    assert_eq!(work(&[both], false), (Some(8), 2, 2, 1));
+    assert_eq!(work(&[both], true), (Some(8), 1, 1, 1));
+    // Another one before that in the second cell; the any-hit ray never sees it.
+    assert_eq!(work(&[both, slanted(5, 0, 9)], false), (Some(9), 2, 3, 2));
+    assert_eq!(work(&[both, slanted(5, 0, 9)], true), (Some(8), 1, 1, 1));
+}
+
 #[path = "functional_oracle_tests.rs"]
 mod oracle;

@@ -13,6 +13,8 @@ use crate::scene::MAX_ELEMENTS;
 const MAX_SIDE: i64 = 32_768;
 /// Most threads of the host.
 const MAX_THREADS: i64 = 1024;
+/// Most rays of a verification.
+const MAX_RAYS: i64 = 100_000_000;
 
 /// A two-pass radiosity renderer whose rays are cast in software or by an emulated board of 1990-92.
 #[derive(Debug, Parser)]
@@ -22,11 +24,12 @@ const MAX_THREADS: i64 = 1024;
     after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
   radeng simulate scenes/cornell-box/scene.toml --workload primary --report r.json
+  radeng verify scenes/cornell-box/scene.toml --rays 200000
   radeng info delft-1992
 
 Lengths are in metres, radiometric quantities in W/m^2 per linear RGB channel.
 Numbers go to stdout, progress and warnings to stderr.
-Exit status: 0 fine, 1 a check failed (compare --threshold), 2 a bad input, named."
+Exit status: 0 fine, 1 a check failed (verify, simulate of vectors, compare), 2 a bad input, named."
 )]
 pub struct CommandLine {
     /// Threads of the host [default: one a processor]; results do not depend on it
@@ -48,6 +51,8 @@ pub enum Command {
     Probe(ProbeArgs),
     /// Drive the emulated board with a workload and account for its cycles
     Simulate(SimulateArgs),
+    /// Check the board bit for bit against a floating-point oracle, and measure it against software
+    Verify(VerifyArgs),
     /// Compare two EXR pictures: how many pixels differ, and by how much
     Compare(CompareArgs),
     /// Show a scene or a board, resolved, with sizes and memory
@@ -115,6 +120,11 @@ pub struct PictureArgs {
 /// A whole number from 1 to `max`.
 fn whole(max: i64) -> RangedI64ValueParser<u32> {
     RangedI64ValueParser::new().range(1..=max)
+}
+
+/// A whole number from 0 to `max`.
+fn from_zero(max: i64) -> RangedI64ValueParser<u32> {
+    RangedI64ValueParser::new().range(0..=max)
 }
 
 fn seed(text: &str) -> Result<u64, String> {
@@ -229,21 +239,28 @@ pub enum WorkloadArg {
 #[command(after_help = "Examples:
   radeng simulate scenes/cornell-box/scene.toml --workload primary --width 256 --height 256
   radeng simulate scene.toml --board my-board.toml --workload all --report run.json
-  radeng simulate scene.toml --rays rays.csv
+  radeng simulate scene.toml --rays rays.csv           rays in metres through a scene
+  radeng simulate --rays vectors.csv --board minimal   test vectors: no scene, no renderer
 
-A rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in metres, t_max in lengths of the
-direction. Empty lines and lines that start with # are skipped.")]
+With SCENE a rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in metres, t_max in lengths of \
+    the direction. Empty lines and lines that start with # are skipped.
+
+Without SCENE it holds test vectors (.csv or .rvec): patches, rays, expected answers and single tests in the \
+    board's words. The board takes the file's number formats; the clocked board, the functional model and the \
+    oracle must agree with each other and with the file: exit status 1 otherwise, with the first wrong answer \
+    and all its wires. `radeng verify --vectors` writes such files; their first lines say what each column is.")]
 pub struct SimulateArgs {
-    /// The scene file (TOML)
-    pub scene: PathBuf,
+    /// The scene file (TOML); none for test vectors
+    #[arg(required_unless_present = "rays")]
+    pub scene: Option<PathBuf>,
     /// Board to emulate: a preset (delft-1992, minimal) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = super::plan::DEFAULT_BOARD)]
     pub board: String,
-    /// Which rays drive the board
-    #[arg(long, value_enum, default_value = "primary", conflicts_with = "rays")]
-    pub workload: WorkloadArg,
+    /// Which rays drive the board [default: primary]
+    #[arg(long, value_enum, conflicts_with = "rays")]
+    pub workload: Option<WorkloadArg>,
     /// Trace the rays of this file instead of a workload
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE")]
     pub rays: Option<PathBuf>,
     /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
@@ -259,6 +276,84 @@ pub struct SimulateArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
     /// Write a JSON report (radeng/simulate/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `radeng verify`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng verify scenes/cornell-box/scene.toml --board delft-1992
+  radeng verify scene.toml --rays 100000 --no-image --report r.json
+  radeng verify scene.toml --sweep coord_frac_bits=8..28 --rays 100000 --plot widths.svg
+  radeng verify scene.toml --sweep frac_bits=8..28:4 --first-test 6,8,10
+  radeng verify scene.toml --vectors out.csv && radeng simulate --rays out.csv
+
+The rays of both passes (camera, form factors, shadows, specular) are cast in software, and a share of each \
+    kind goes through board and oracle: every answer, and every wire of a sample of tests, must be equal bit for \
+    bit. On the first difference the exit status is 1, all wires are printed side by side, and the case is \
+    written as test vectors with the command that replays it.
+
+What differs from the software caster, which rounds nothing, is measured: misclassified rays by cause, error of \
+    t, unused bits of each wire, error of the picture, and what a first test of fewer bits would save.")]
+pub struct VerifyArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Board to verify: a preset (delft-1992, minimal) or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = super::plan::DEFAULT_BOARD)]
+    pub board: String,
+    /// Rays to verify, in equal shares of each kind as far as the scene casts them
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, allow_negative_numbers = true, value_parser = whole(MAX_RAYS))]
+    pub rays: u32,
+    /// Of these, rays that also go through the clocked board
+    #[arg(long, value_name = "N", default_value_t = 20_000, allow_negative_numbers = true, value_parser = from_zero(MAX_RAYS))]
+    pub clocked: u32,
+    /// Widths of the dual-precision first test to try (bits, 4 to 24)
+    #[arg(
+        long,
+        value_name = "BITS,...",
+        default_value = "6,8,10,12,16",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        value_parser = RangedI64ValueParser::<u32>::new().range(4..=24)
+    )]
+    pub first_test: Vec<u32>,
+    /// Do not render and compare pictures
+    #[arg(long)]
+    pub no_image: bool,
+    /// Compare pictures in a sweep too
+    #[arg(long, requires = "sweep", conflicts_with = "no_image")]
+    pub image: bool,
+    /// Verify once for each value of a word length and print the table by width: coord_frac_bits, dir_frac_bits,
+    /// t_frac_bits, cross_keep_bits, or frac_bits (the first three together)
+    #[arg(long, value_name = "NAME=FROM..TO[:STEP]")]
+    pub sweep: Option<String>,
+    /// Plot the sweep
+    #[arg(long, value_name = "FILE.svg", requires = "sweep")]
+    pub plot: Option<PathBuf>,
+    /// Write test vectors: all patches, some of the rays with the oracle's answers, some tests with all wires
+    #[arg(long, value_name = "FILE.csv|FILE.rvec", conflicts_with = "sweep")]
+    pub vectors: Option<PathBuf>,
+    /// Rays in the test vectors
+    #[arg(long, value_name = "N", default_value_t = 1000, requires = "vectors", allow_negative_numbers = true, value_parser = whole(crate::vectors::MAX_SAMPLE as i64))]
+    pub vector_rays: u32,
+    /// Where the first mismatch goes as test vectors, written only when there is one
+    /// [default: radeng-mismatch.csv]
+    #[arg(long, value_name = "FILE.csv|FILE.rvec")]
+    pub mismatch: Option<PathBuf>,
+    /// Wanted number of mesh elements, instead of the scene's `meshing` keys
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
+    pub elements: Option<u32>,
+    /// Seed of every sampling pattern
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
+    pub seed: u64,
+    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter
+    #[arg(long)]
+    pub dense_visibility: bool,
+    /// The picture whose rays these are.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Write a JSON report (radeng/verify/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
 }

@@ -6,6 +6,7 @@ use crate::frame::FrameError;
 use crate::image::exr::ReadError;
 use crate::image::{DifferenceError, OutputError};
 use crate::radiosity::solution_file::SolutionFileError;
+use crate::vectors::{CheckError, VectorsError};
 
 /// A bad input, named.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +47,25 @@ pub enum CliError {
         /// The value and what was expected.
         what: String,
     },
+    /// A file of test vectors.
+    #[error("{path}{source}", path = path.display())]
+    Vectors {
+        /// The file.
+        path: PathBuf,
+        /// Where and what.
+        source: VectorsError,
+    },
+    /// Test vectors that a board cannot run.
+    #[error("{path}: {source}", path = path.display())]
+    Check {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: CheckError,
+    },
+    /// A plot that cannot be drawn.
+    #[error("the plot cannot be drawn: {0}")]
+    Plot(String),
     /// An input file that cannot be read.
     #[error("{path}: {what}", path = path.display())]
     Read {

@@ -48,7 +48,21 @@ fn board_text(spec: &BoardSpec) -> String {
     for p in &parameters {
         let _ = writeln!(out, "{:<name$}  {:<value$}  {}", p.name, p.value, p.source);
     }
-    let wires = spec.formats.width_table();
+    let divider = spec.divider();
+    if let Some(unit) = &divider {
+        let icu = spec.icu_timing();
+        let _ = writeln!(
+            out,
+            "\ndivision: latency {} cycles, initiation interval {} cycles; \
+             the ICU with it: depth {} cycles, initiation interval {} cycles",
+            unit.latency_cycles(),
+            unit.initiation_interval_cycles(),
+            icu.depth,
+            icu.initiation_interval
+        );
+    }
+    let mut wires = spec.formats.width_table();
+    wires.extend(divider.iter().flat_map(|unit| unit.width_table()));
     let wire = wires.iter().map(|w| w.wire.len()).max().unwrap_or(0).max("wire".len());
     let _ = writeln!(out, "\n{:<wire$}  {:>4}  {:>8}  largest magnitude", "wire", "bits", "fraction");
     for w in &wires {
@@ -169,6 +183,21 @@ fn surfaces_table(out: &mut String, scene: &Scene, mesh: &Mesh) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn board_text_names_the_division_unit_its_timing_and_its_registers() {
+        let text = |toml: &str| board_text(&BoardSpec::from_toml(toml).unwrap());
+        let plain = text("");
+        assert!(plain.contains("division.unit") && plain.contains("in-pipeline"));
+        assert!(!plain.contains("division: latency") && !plain.contains("div_"));
+        let serial = text("[division]\nunit = \"non-restoring\"\nform = \"serial\"");
+        assert!(serial.contains("division: latency 30 cycles, initiation interval 30 cycles"), "{serial}");
+        assert!(serial.contains("depth 52 cycles, initiation interval 30 cycles"), "{serial}");
+        assert!(serial.contains("\ndiv_shifted_remainder "), "{serial}");
+        let newton = text("[division]\nunit = \"newton\"");
+        assert!(newton.contains("division: latency 11 cycles, initiation interval 1 cycles"), "{newton}");
+        assert!(newton.contains("\ndiv_reciprocal "), "{newton}");
+    }
 
     #[test]
     fn board_or_scene_is_told_by_preset_name_and_by_keys() {

@@ -17,6 +17,9 @@ mod rays;
 mod render;
 mod simulate;
 mod solve;
+mod sweep;
+mod vectors;
+mod verify;
 
 pub use args::{Command, CommandLine};
 pub use error::CliError;
@@ -48,6 +51,7 @@ pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
         Command::Solve(args) => solve::run(args),
         Command::Probe(args) => probe::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
     }

@@ -14,8 +14,10 @@ const STEPS: u64 = 1000;
 pub struct Bars {
     /// Unshot share at which pass 1 stops: the end of its bar.
     unshot_target: f64,
-    /// Camera rays of the picture, for the rate of pass 2.
+    /// Camera rays of the picture, for the rate of pass 2; 0 where rays are only verified.
     n_camera_rays: u64,
+    /// In front of the phase's name.
+    title: String,
     current: Option<(Phase, (ProgressBar, Instant))>,
 }
 
@@ -28,7 +30,13 @@ enum Phase {
 impl Bars {
     /// Bars for a run that stops pass 1 at `unshot_target` and has a picture of `n_camera_rays`.
     pub fn new(unshot_target: f64, n_camera_rays: u64) -> Bars {
-        Bars { unshot_target, n_camera_rays, current: None }
+        Bars { unshot_target, n_camera_rays, title: String::new(), current: None }
+    }
+
+    /// With a title before each phase: which of several runs it is.
+    pub fn titled(mut self, title: &str) -> Bars {
+        self.title = title.to_owned();
+        self
     }
 
     /// Shows how far the run is.
@@ -44,6 +52,7 @@ impl Bars {
             Progress::Solve(p) => {
                 format!("{} unshot, {}", percent(p.unshot_share), si(p.n_shots as f64 / seconds, "shots/s"))
             }
+            Progress::Render(_) if n_camera_rays == 0 => String::new(),
             Progress::Render(share) => si(share * n_camera_rays as f64 / seconds, "camera rays/s"),
         });
         bar.set_position((done.clamp(0.0, 1.0) * STEPS as f64) as u64);
@@ -54,7 +63,14 @@ impl Bars {
         if self.current.as_ref().is_some_and(|(p, _)| *p != phase) {
             self.finish();
         }
-        let (_, bar) = self.current.get_or_insert_with(|| (phase, (new_bar(phase), Instant::now())));
+        let name = match phase {
+            Phase::Solve => "pass 1",
+            Phase::Render if self.n_camera_rays == 0 => "rays",
+            Phase::Render => "pass 2",
+        };
+        let title = &self.title;
+        let (_, bar) =
+            self.current.get_or_insert_with(|| (phase, (new_bar(format!("{title}{name}")), Instant::now())));
         bar
     }
 
@@ -66,16 +82,13 @@ impl Bars {
     }
 }
 
-fn new_bar(phase: Phase) -> ProgressBar {
+fn new_bar(prefix: String) -> ProgressBar {
     let bar = ProgressBar::new(STEPS);
     // The template is a constant; if it were wrong the default bar would do.
     if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:30} {percent:>3} %  {msg}, {eta} left") {
         bar.set_style(style);
     }
-    bar.set_prefix(match phase {
-        Phase::Solve => "pass 1",
-        Phase::Render => "pass 2",
-    });
+    bar.set_prefix(prefix);
     bar
 }
 

@@ -1,14 +1,16 @@
 //! The rays file of `simulate`: one ray a line, `ox,oy,oz,dx,dy,dz[,t_max]`.
 //!
 //! Origin in metres, direction of any length, t_max in lengths of the direction (absent: no end). Empty lines and
-//! lines that start with `#` are skipped.
+//! lines that start with `#` are skipped. Files of test vectors are another thing: `vectors.rs`.
 
 use std::path::Path;
 
 use super::CliError;
-use super::plan::{MAX_COORDINATE_M, read_text};
+use super::plan::MAX_COORDINATE_M;
+use super::vectors::read_bytes;
 use crate::geom::{DVec3, Ray};
 use crate::report::si::vector;
+use crate::vectors::VectorsFormat;
 
 /// Largest component of a direction: what the casters' products carry.
 const DIRECTION_LENGTHS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
@@ -16,10 +18,19 @@ const DIRECTION_LENGTHS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 /// Reads a rays file.
 ///
 /// # Errors
-/// The first bad line with its number, what it says and what was expected; a file without rays.
+/// The first bad line with its number, what it says and what was expected; a file without rays; test vectors.
 pub(super) fn read_rays(path: &Path) -> Result<Vec<Ray>, CliError> {
-    let text =
-        read_text(path, "a rays file").map_err(|what| CliError::Read { path: path.to_owned(), what })?;
+    let bytes = read_bytes(path, "a rays file")?;
+    if VectorsFormat::sniff(&bytes).is_some() {
+        return Err(CliError::Usage(format!(
+            "{}: test vectors bring their own patches and take no SCENE: radeng simulate --rays {0}",
+            path.display()
+        )));
+    }
+    let text = String::from_utf8(bytes).map_err(|_| CliError::Read {
+        path: path.to_owned(),
+        what: "not UTF-8 text, expected a rays file".to_owned(),
+    })?;
     parse_rays(&text).map_err(|(line, what)| CliError::Rays { path: path.to_owned(), line, what })
 }
 

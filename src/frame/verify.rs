@@ -12,6 +12,8 @@
 use std::path::Path;
 
 use rtl_model::board::Board;
+use rtl_model::datapath::RayWords;
+use rtl_model::memory_image::MemoryImage;
 use rtl_model::spec::BoardSpec;
 
 use super::{FrameError, Progress, load_and_mesh, start_points, warnings};
@@ -19,12 +21,14 @@ use crate::image::{Difference, difference};
 use crate::mesh::Mesh;
 use crate::radiosity;
 use crate::raycast::functional::FunctionalCaster;
+use crate::raycast::quantize::Quantizer;
 use crate::raycast::recording::RecordingCaster;
 use crate::raycast::software::SoftwareCaster;
 use crate::raycast::{CastError, RayCaster};
 use crate::render::{self, Rendering};
 use crate::report::Timings;
 use crate::scene::Scene;
+use crate::vectors::{self, MAX_SAMPLE};
 use crate::verify::{self, Case, Verification, VerifyOptions};
 
 /// A verified scene.
@@ -36,6 +40,12 @@ pub struct Verified {
     pub mesh: Mesh,
     /// What was found.
     pub verification: Verification,
+    /// Scene space to words.
+    pub quantizer: Quantizer,
+    /// The board's patch memory.
+    pub image: MemoryImage,
+    /// Some of the verified rays, spread evenly: words, and whether any hit was asked for.
+    pub sample: Vec<(RayWords, bool)>,
     /// Wall times.
     pub timings: Timings,
     /// What the user should know.
@@ -80,6 +90,7 @@ pub fn verify_scene(
     let workload = verify::chosen(recorder.into_recordings(), options.n_rays);
 
     let quantizer = *functional.quantizer();
+    let sample = vectors::spread(&quantizer, &workload, MAX_SAMPLE)?;
     let case = Case { patches: &patches, quantizer: &quantizer, board: clocked, workload };
     let told = &mut |share| progress(Progress::Render(share));
     let mut verification = verify::verify(case, options, &mut timings, told)?;
@@ -92,7 +103,8 @@ pub fn verify_scene(
     }
     let mut warnings = scene.warnings.clone();
     warnings.extend(recorded.and_then(|rendering| warnings::back_faces(&scene, &rendering)));
-    Ok(Verified { scene, mesh, verification, timings, warnings })
+    let image = functional.image().clone();
+    Ok(Verified { scene, mesh, verification, quantizer, image, sample, timings, warnings })
 }
 
 /// Pass 1, and where there is a camera pass 2.

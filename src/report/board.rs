@@ -180,6 +180,13 @@ impl BoardReport {
         }
     }
 
+    /// The report of a board that counted `statistics` for no purpose of a renderer.
+    pub fn of_total(spec: &BoardSpec, statistics: &BoardStatistics) -> BoardReport {
+        let mut report = BoardReport::new(spec, &[(Purpose::Primary, statistics.clone())]);
+        report.by_purpose.clear();
+        report
+    }
+
     /// The block with the largest share of work.
     pub fn busiest(&self) -> Option<&BlockReport> {
         first_max(&self.blocks, |b| b.cycles.of(Cause::Work))

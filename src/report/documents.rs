@@ -9,6 +9,7 @@
 use std::path::PathBuf;
 
 use glam::DVec3;
+use rtl_model::fixed::Formats;
 use serde::Serialize;
 
 use super::{BoardReport, Timings};
@@ -19,6 +20,7 @@ use crate::radiosity::{EnergyAccount, RowSumError, Solution, SolveOptions};
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 use crate::units::{Irradiance, Rgb};
+use crate::vectors::{Check, Vectors};
 
 /// Size of a scene and its mesh.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -197,16 +199,18 @@ impl SolveReport {
 pub struct SimulateReport {
     /// [`SimulateReport::SCHEMA`].
     pub schema: &'static str,
-    /// The scene.
-    pub scene: SceneFacts,
-    /// What was traced: `primary`, `radiosity`, `shadow`, `all` or `rays`.
+    /// The scene; none for test vectors.
+    pub scene: Option<SceneFacts>,
+    /// What was traced: `primary`, `radiosity`, `shadow`, `all`, `rays` or `vectors`.
     pub workload: &'static str,
-    /// The file with explicit rays.
+    /// The file with explicit rays or test vectors.
     pub rays_file: Option<PathBuf>,
-    /// Options of the picture whose rays these are.
-    pub options: RenderOptions,
-    /// Options of pass 1.
-    pub solve_options: SolveOptions,
+    /// What became of the test vectors' expectations.
+    pub vectors: Option<VectorsReport>,
+    /// Options of the picture whose rays these are; none for test vectors.
+    pub options: Option<RenderOptions>,
+    /// Options of pass 1; none for test vectors.
+    pub solve_options: Option<SolveOptions>,
     /// The board's work.
     #[serde(flatten)]
     pub board: BoardReport,
@@ -219,6 +223,43 @@ pub struct SimulateReport {
 impl SimulateReport {
     /// Its schema.
     pub const SCHEMA: &'static str = "radeng/simulate/1";
+}
+
+/// How many of a file's expectations hold.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VectorsReport {
+    /// Number formats of the file, which the board takes.
+    pub formats: Formats,
+    /// Patches.
+    pub n_patches: usize,
+    /// Rays run.
+    pub n_rays: u64,
+    /// Rays of which the file expects an answer.
+    pub n_expected: u64,
+    /// Rays on which file, clocked board, functional model and oracle do not all agree.
+    pub n_rays_wrong: u64,
+    /// Single tests run.
+    pub n_tests: u64,
+    /// Tests on which file, datapath and oracle do not all agree.
+    pub n_tests_wrong: u64,
+    /// Nothing is wrong.
+    pub passed: bool,
+}
+
+impl VectorsReport {
+    /// The report of a check of `vectors`.
+    pub fn new(vectors: &Vectors, check: &Check) -> VectorsReport {
+        VectorsReport {
+            formats: vectors.formats,
+            n_patches: vectors.patches.len(),
+            n_rays: check.n_rays,
+            n_expected: check.n_expected,
+            n_rays_wrong: check.n_rays_wrong,
+            n_tests: check.n_tests,
+            n_tests_wrong: check.n_tests_wrong,
+            passed: check.passed(),
+        }
+    }
 }
 
 /// One probed point, as in `probe --json`.

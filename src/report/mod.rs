@@ -3,20 +3,26 @@
 //! ```text
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
 //!               --board.rs------> BoardReport (totals, stall tables, by purpose)
-//!               --terminal.rs---> text of one screen, SI prefixes by si.rs
+//!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
+//!               --terminal.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
 //! ```
 //! Nothing here prints or writes: callers get bytes and strings.
 
 pub mod board;
 pub mod documents;
 pub mod si;
+pub mod side_by_side;
+pub mod sweep_plot;
 pub mod terminal;
+pub mod verify;
+pub mod verify_text;
 
 pub use board::BoardReport;
 pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
-    SimulateReport, SolveReport,
+    SimulateReport, SolveReport, VectorsReport,
 };
+pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
 
 use std::time::Instant;
 
@@ -49,6 +55,17 @@ impl Timings {
         result
     }
 
+    /// Adds to the phase `name`, which may have run before.
+    pub fn add_to(&mut self, name: &'static str, seconds: f64) {
+        match self.phases.iter_mut().find(|phase| phase.name == name) {
+            Some(phase) => {
+                phase.seconds += seconds;
+                self.total_seconds += seconds;
+            }
+            None => self.add(name, seconds),
+        }
+    }
+
     /// Adds a phase.
     pub fn add(&mut self, name: &'static str, seconds: f64) {
         self.phases.push(Phase { name, seconds });
@@ -76,7 +93,13 @@ mod tests {
         timings.add("load", 0.5);
         timings.add("mesh", 0.25);
         assert_eq!(timings.measure("write", || 7), 7);
-        assert_eq!(timings.phases.len(), 3);
+        timings.add_to("mesh", 0.5);
+        timings.add_to("board", 0.125);
+        assert_eq!(
+            timings.phases.iter().map(|p| p.name).collect::<Vec<_>>(),
+            ["load", "mesh", "write", "board"]
+        );
+        assert_eq!(timings.phases[1].seconds, 0.75);
         let sum: f64 = timings.phases.iter().map(|p| p.seconds).sum();
         assert!((timings.total_seconds - sum).abs() < 1e-12);
     }

@@ -11,14 +11,14 @@ use rtl_model::sim::Cause;
 use super::si::{bytes, count, percent, share, si};
 use super::{
     BoardReport, CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport,
-    SolveReport, Timings,
+    SolveReport, Timings, VectorsReport,
 };
 use crate::raycast::Purpose;
 
 /// Width of the label column.
 const LABEL: usize = 11;
 
-fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
+pub(super) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{label:<LABEL$}{text}");
 }
@@ -76,8 +76,14 @@ pub fn solve_summary(r: &SolveReport) -> String {
 /// What `simulate` ends with.
 pub fn simulate_summary(r: &SimulateReport) -> String {
     let mut out = String::new();
-    scene_line(&mut out, &r.scene);
-    line(&mut out, "workload", r.workload);
+    if let Some(scene) = &r.scene {
+        scene_line(&mut out, scene);
+    }
+    let file = r.rays_file.as_ref().map(|f| format!(": {}", f.display())).unwrap_or_default();
+    line(&mut out, "workload", format_args!("{}{file}", r.workload));
+    if let Some(vectors) = &r.vectors {
+        vectors_lines(&mut out, vectors);
+    }
     board_lines(&mut out, &r.board);
     let _ = writeln!(out, "\nshare of the cycles by cause, per block");
     let name_width = r.board.blocks.iter().map(|b| b.block.len()).max().unwrap_or(0).max(5);
@@ -97,6 +103,27 @@ pub fn simulate_summary(r: &SimulateReport) -> String {
     out.push('\n');
     time_line(&mut out, &r.timings);
     out
+}
+
+fn vectors_lines(out: &mut String, v: &VectorsReport) {
+    line(
+        out,
+        "vectors",
+        format_args!(
+            "{}, {} of which {} with an expected answer, {}",
+            count(v.n_patches as u64, "patches"),
+            count(v.n_rays, "rays"),
+            v.n_expected,
+            count(v.n_tests, "single tests")
+        ),
+    );
+    line(out, "", super::verify_text::formats_text(&v.formats));
+    let verdict = |wrong: u64, all: u64, what: &str| match wrong {
+        0 => format!("all {all} {what} hold"),
+        n => format!("{n} OF {all} {what} DO NOT HOLD"),
+    };
+    line(out, if v.passed { "passed" } else { "FAILED" }, verdict(v.n_rays_wrong, v.n_rays, "rays"));
+    line(out, "", verdict(v.n_tests_wrong, v.n_tests, "single tests"));
 }
 
 /// The table of `probe`.
@@ -160,7 +187,7 @@ pub fn compare_summary(r: &CompareReport) -> String {
     out
 }
 
-fn scene_line(out: &mut String, s: &SceneFacts) {
+pub(super) fn scene_line(out: &mut String, s: &SceneFacts) {
     line(
         out,
         "scene",
@@ -286,9 +313,22 @@ fn board_lines(out: &mut String, b: &BoardReport) {
     }
 }
 
-fn time_line(out: &mut String, t: &Timings) {
-    let phases: Vec<String> = t.phases.iter().map(|p| format!("{} {}", p.name, si(p.seconds, "s"))).collect();
-    line(out, "wall time", format_args!("{} ({})", si(t.total_seconds, "s"), phases.join(", ")));
+/// Longest line of phases (characters).
+const TIME_LINE: usize = 100;
+
+pub(super) fn time_line(out: &mut String, t: &Timings) {
+    let mut text = format!("{} (", si(t.total_seconds, "s"));
+    let mut label = "wall time";
+    for (i, phase) in t.phases.iter().enumerate() {
+        let end = if i + 1 == t.phases.len() { ")" } else { ", " };
+        let item = format!("{} {}{end}", phase.name, si(phase.seconds, "s"));
+        if text.len() + item.len() > TIME_LINE {
+            line(out, label, text.trim_end());
+            (text, label) = (String::new(), "");
+        }
+        text.push_str(&item);
+    }
+    line(out, label, text);
 }
 
 /// What a stalled block waits for.

@@ -109,7 +109,7 @@ impl Cluster {
                 ReadPort::new(caches.list, spec.list_cache.ways, spec.list_cache.miss_registers),
                 ReadPort::new(caches.patch, spec.patch_cache.ways, spec.patch_cache.miss_registers),
             ),
-            icu: Icu::new(&spec.icu),
+            icu: Icu::new(&spec.icu_timing()),
             reducer: Reducer::new(k, contexts),
             requests: vec![Fifo::new(spec.fifos.ctu_icu); k as usize],
             tests: Fifo::new(LINK_ENTRIES),

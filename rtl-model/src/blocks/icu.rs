@@ -6,6 +6,8 @@
 //! The arithmetic is `datapath::ray_patch`, whatever the timing. Stalls as a whole when the result FIFO is full (output
 //! full). The unit works in the `initiation_interval` cycles from each test on, whether a token waits or not; beyond
 //! them it is starved while a test is inside and idle with none.
+//! With a named division unit, depth and interval are `BoardSpec::icu_timing`'s: the stages before the division plus
+//! its latency, and the longer of both intervals, since every test, hit or not, passes the unit.
 //! Source: the ICU of the 1990-92 board papers; depth and interval ASSUMED (a fully pipelined fixed-point unit).
 
 use crate::datapath::ray_patch::intersect;
@@ -40,7 +42,7 @@ pub struct IcuIo<'a> {
 }
 
 impl Icu {
-    /// An idle unit.
+    /// An idle unit with this timing, a named division unit included.
     pub fn new(spec: &IcuSpec) -> Self {
         Icu { pipe: Pipe::new(spec.depth), initiation_interval: spec.initiation_interval, cooldown: 0 }
     }
@@ -89,7 +91,7 @@ mod tests {
     use crate::blocks::ContextId;
     use crate::datapath::PatchWords;
     use crate::fixed::Formats;
-    use crate::spec::CtuSpec;
+    use crate::spec::{BoardSpec, CtuSpec};
 
     fn one_patch() -> MemoryImage {
         let corners = [[0, 0, 9], [0, 9, 9], [9, 9, 9], [9, 9, 9]];
@@ -135,6 +137,21 @@ mod tests {
                 assert_eq!(answer - take, u64::from(depth), "depth {depth}");
             }
             assert!(takes.len() - answers.len() <= depth.div_ceil(interval) as usize);
+        }
+    }
+
+    #[test]
+    fn icu_with_a_named_division_unit_takes_and_answers_at_its_latency_and_interval() {
+        // T = 24: 27 quotient bits at 2 a cycle are 14 cycles, 3 more for check, correction and rounding.
+        for (form, interval) in [("serial", 17), ("unrolled", 5)] {
+            let text = format!(
+                "[icu]\ninitiation_interval = 5\n[division]\nunit = \"non-restoring\"\nradix_log2 = 2\nform = \"{form}\""
+            );
+            let icu = BoardSpec::from_toml(&text).unwrap().icu_timing();
+            let (takes, answers) = takes_and_answers(icu.initiation_interval, icu.depth, 500);
+            assert!(takes.len() > 5 && answers.len() > 5);
+            assert!(takes.windows(2).all(|pair| pair[1] - pair[0] == interval), "{form}: {takes:?}");
+            assert_eq!(answers[0] - takes[0], 22 + 17);
         }
     }
 

@@ -20,8 +20,8 @@
 //!      |alpha_i . p_j| <= sigma/2 |p_j|, |alpha_j . p_i| <= sigma/2 |p_i|; a component of alpha x alpha is at most
 //!      1/4 + 1/4, so the last is <= sigma/2 |d^|
 //! 2. det(A_i, A_j, delta) = det(A_i, A_j - A_i, delta) = (A_j - A_i) . (delta x A_i)
-//!      a component of delta x A_i is at most rho/2 m(A_i), and m(A_i) <= m(a^_i) + sigma; |A_j - A_i| <= |u^| + 3 sigma
-//!      (a component of alpha_j - alpha_i is at most 1). The same holds with A_j for A_i: the smaller m counts
+//!      a component of delta x A_i is at most rho/2 m(A_i), and m(A_i) <= m(a^_i) + sigma; |A_j - A_i| <= |u^| + 3
+//!      sigma (a component of alpha_j - alpha_i is at most 1). The same holds with A_j for A_i: the smaller m counts
 //! 3. the exact unit with rounded products takes e_K = c_K . d, 2^drop c_K = c + eps, |eps_k| <= w 2^drop, w = 1/2 to
 //!      nearest, 1 for floor: |2^drop e_K - e| <= w 2^drop |d|, and |d|/2^r <= |d^| + 3/2 rho <= |d^| + 2 rho
 //!
@@ -43,8 +43,8 @@
 //! d_k <= 0 and every a_ik > 0 likewise. Rounded products break the identity, so then this rule rests.
 //!
 //! **Cost** of a quad, with b = B + 2 bits signed: 24 products b x b for p, 15 of b x (2B + 3) for e^, 5 of b x (B + 3)
-//! for E, where the exact test takes 30 of (F+2) x (F+2) and 15 of (K+4) x (D+1). With full products E needs beside them
-//! 72 adders of at most 2B + 5 bits and 13 comparators.
+//! for E, where the exact test takes 30 of (F+2) x (F+2) and 15 of (K+4) x (D+1). With full products E needs 72 adders
+//! of at most 2B + 5 bits and 13 comparators beside its products. It saves multipliers, not time in this emulation.
 //!
 //! Source: static and dynamic filters of geometric predicates (Shewchuk 1997), here in block floating point.
 //! Not modelled: time, the range of t.

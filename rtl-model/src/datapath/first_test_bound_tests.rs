@@ -135,7 +135,7 @@ fn error_share(formats: &Formats, bits: u32, ray: &RayWords, patch: &PatchWords)
     let unit = 1_i128 << (2 * shift_of(bits, &a) + shift_of(bits, &[d]));
     let exact = taps(formats, ray, patch).e;
     let share = |(edge, e): (&NarrowEdge, &i128)| {
-        let error = ((2 * e << formats.cross_drop()) - edge.twice_value * unit).abs();
+        let error = ((e << (formats.cross_drop() + 1)) - edge.twice_value * unit).abs();
         assert!(error <= edge.twice_bound * unit, "{error} of {edge:?} in {unit}, {ray:?}, {patch:?}");
         if error == 0 { 0.0 } else { error as f64 / (edge.twice_bound * unit) as f64 }
     };

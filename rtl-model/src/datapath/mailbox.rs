@@ -57,4 +57,33 @@ mod tests {
         assert!((1..9).all(|patch| mailbox.contains(patch)));
         assert!(!mailbox.contains(9));
     }
+
+    #[test]
+    fn mailbox_patch_entered_twice_is_found_and_takes_two_places() {
+        let mut mailbox = Mailbox::default();
+        mailbox.push(3);
+        mailbox.push(3);
+        assert!(mailbox.contains(3));
+        (10..16).for_each(|patch| mailbox.push(patch));
+        assert!(mailbox.contains(3));
+        mailbox.push(16);
+        assert!(mailbox.contains(3) && mailbox.contains(10));
+        mailbox.push(17);
+        assert!(!mailbox.contains(3) && mailbox.contains(10));
+    }
+
+    #[test]
+    fn mailbox_against_a_queue_of_eight_agrees_at_every_push() {
+        let (mut mailbox, mut queue) = (Mailbox::default(), std::collections::VecDeque::new());
+        for step in 0..2_000_u32 {
+            let patch = step.wrapping_mul(2_654_435_761) >> 28;
+            for known in 0..16 {
+                assert_eq!(mailbox.contains(known), queue.contains(&known), "step {step}, patch {known}");
+            }
+            mailbox.push(patch);
+            queue.push_front(patch);
+            queue.truncate(8);
+        }
+        assert!(!mailbox.contains((1 << 28) - 1), "the largest patch number is no empty register");
+    }
 }

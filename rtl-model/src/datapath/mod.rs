@@ -81,6 +81,58 @@ pub struct PatchWords {
     pub id: u32,
 }
 
+/// Why a patch's words are no patch.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PatchError {
+    /// A word outside its range.
+    #[error("{field} = {value}; {min} to {max} are possible")]
+    Word {
+        /// Which word.
+        field: &'static str,
+        /// Its value.
+        value: i64,
+        /// Smallest possible.
+        min: i64,
+        /// Largest possible.
+        max: i64,
+    },
+    /// A triangle whose fourth corner is not its third.
+    #[error("the fourth corner of a triangle is {fourth:?}; the third, {third:?}, is expected")]
+    FourthCorner {
+        /// What stands there.
+        fourth: [i32; 3],
+        /// What is expected.
+        third: [i32; 3],
+    },
+}
+
+impl PatchWords {
+    /// Checks that the words fit the formats and the record.
+    ///
+    /// # Errors
+    /// [`PatchError`], with the first word outside its range.
+    pub fn validate(&self, formats: &Formats) -> Result<(), PatchError> {
+        let cube = 1_i64 << formats.coord_frac_bits;
+        for (field, corner) in ["corner 0", "corner 1", "corner 2", "corner 3"].into_iter().zip(self.corners)
+        {
+            for value in corner.map(i64::from) {
+                if !(-cube..cube).contains(&value) {
+                    return Err(PatchError::Word { field, value, min: -cube, max: cube - 1 });
+                }
+            }
+        }
+        let most = (1_i64 << crate::packet::PATCH_ID_BITS) - 1;
+        if i64::from(self.id) > most {
+            return Err(PatchError::Word { field: "id", value: i64::from(self.id), min: 0, max: most });
+        }
+        let [_, _, third, fourth] = self.corners;
+        if self.is_triangle && fourth != third {
+            return Err(PatchError::FourthCorner { fourth, third });
+        }
+        Ok(())
+    }
+}
+
 /// The side of a patch that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facing {
@@ -109,5 +161,34 @@ impl HitWords {
             (x, None) => x,
             (None, y) => y,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patch_words_outside_their_range_are_named() {
+        let formats = test_support::formats(8, 8, 8);
+        let good = PatchWords {
+            corners: [[-256, 0, 255], [255, 0, 0], [0, 1, 2], [0, 1, 2]],
+            is_triangle: true,
+            id: (1 << 28) - 1,
+        };
+        assert_eq!(good.validate(&formats), Ok(()));
+        let fault = |change: &dyn Fn(&mut PatchWords)| {
+            let mut patch = good;
+            change(&mut patch);
+            patch.validate(&formats).unwrap_err().to_string()
+        };
+        assert_eq!(fault(&|p| p.corners[1][2] = 256), "corner 1 = 256; -256 to 255 are possible");
+        assert_eq!(fault(&|p| p.corners[0][0] = -257), "corner 0 = -257; -256 to 255 are possible");
+        assert!(fault(&|p| p.id = 1 << 28).starts_with("id = 268435456"));
+        assert!(fault(&|p| p.corners[3][1] = 0).contains("[0, 1, 2], is expected"));
+        assert_eq!(
+            PatchWords { is_triangle: false, corners: [[0, 0, 0]; 4], ..good }.validate(&formats),
+            Ok(())
+        );
     }
 }

@@ -9,6 +9,40 @@
 //! num/den, then the rounded t is held against t_max. (Rounding first would let through t in [-1/2, 0) steps, a point
 //! outside every cell that the ray enters.) Widths: [`crate::fixed::Formats::width_table`].
 //! Source: edge functions by triple products as in Segura, Feito 2001. Not modelled: pipeline stages, time.
+//!
+//! # No ray escapes from a closed mesh
+//!
+//! With full products, at any widths and in any rounding mode. *Closed*: every edge, quad diagonals included, belongs to
+//! an even number of triangles, with the same words for its ends in all of them; triangles may face either way, cross
+//! each other or have no area. *Inside*: the origin o lies on no triangle, and a ray from o that meets no edge crosses
+//! an odd number of triangles.
+//!
+//! 1. e_ij = det(a_i, a_j, d), exactly: on which side of the plane through o and the edge d points. It depends on the
+//!    edge's two corners and the ray alone and changes only its sign with their order, so all triangles at an edge see
+//!    the same value, and all edges around a corner are judged by one exact geometry.
+//! 2. Take directions d_1, d_2, ... that tend to d and lie in no plane through o and an edge. Each of these rays crosses
+//!    an odd number of triangles, so at least one, and there are finitely many: one triangle is crossed by infinitely
+//!    many of them, at t > 0. It has an area, and o is not in its plane: a ray from o that is not in that plane meets
+//!    the plane in o only, and o is on no triangle.
+//! 3. For these rays its three e have one strict sign, the same for all (that of num). In the limit d none has the
+//!    other sign: this is why "inside" is "none negative or none positive" and not "all of one sign". A strict test
+//!    loses the rays through edges and corners; one that takes only one of the signs loses the triangles that face the
+//!    other way.
+//! 4. Not all three are 0: o is not in the triangle's plane, so a_0, a_1, a_2 are independent, and so are their cross
+//!    products; d would have to be 0. Hence den, a sum of values of one sign, is not 0, its sign is that of
+//!    num = a_0 . n = det(a_0, a_1, a_2), which is not 0 either, and t = num/den > 0 is a hit. Its point is in the cube,
+//!    so t < 4 when the largest |d| is at least 1/2, and a t_max of 4 keeps it.
+//!
+//! All three e are 0 in two cases, and dropping them loses nothing, as step 2 never picks such a triangle: one without
+//! area, and one seen edge-on, whose plane holds the ray. Accepting them would divide 0 by 0. A ray in the plane of a
+//! face hits the neighbours across that face's edges instead.
+//!
+//! Rounded edge normals keep step 1 only in part. Rounding to nearest is odd, round(-c) = -round(c), so neighbours
+//! still agree about a common edge; but the values of the edges around a corner are those of different, slightly turned
+//! planes, and when all of them get one strict sign, no triangle of the fan has the ray. A floor is not odd: the two
+//! sides of an edge may both refuse the ray. In a T-junction, a corner w rounded beside an edge uv of its neighbour,
+//! the edges uv, uw, wv occur once each: the mesh is not closed, and the gap is the triangle u w v, up to about a step
+//! wide. `tests/watertight.rs` checks all this, `examples/leak_rates.rs` measures what rounding loses.
 
 use super::{Facing, HitWords, PatchWords, RayWords};
 use crate::fixed::Formats;

@@ -1,109 +1,90 @@
-//! Tests that no ray slips through a closed mesh at its edges and vertices.
+//! Closed forms of watertightness: rays exactly through corners, edges and along faces of two solids.
 
-use std::collections::BTreeMap;
-
-use proptest::prelude::*;
-
-use crate::datapath::ray_patch::intersect;
+use crate::datapath::ray_patch::{intersect, taps};
 use crate::datapath::test_support::formats;
 use crate::datapath::{PatchWords, RayWords};
-use crate::fixed::{Formats, Rounding};
 
-/// Quads and triangles over the six faces of a cube, n x n each, pushed to random radii: closed and star-shaped.
-/// Vertices are shared: one word triple a lattice point.
-fn bumpy_ball(f: u32, n: i32, radii: &[f64], triangles: bool) -> (Vec<PatchWords>, Vec<[i32; 3]>) {
-    let mut vertices = BTreeMap::<[i32; 3], [i32; 3]>::new();
-    let mut patches = Vec::new();
-    let mut vertex = |place: [i32; 3]| {
-        let next = vertices.len();
-        *vertices.entry(place).or_insert_with(|| {
-            let p = place.map(|w| f64::from(2 * w - n) / f64::from(n));
-            let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let radius = radii[next % radii.len()] * f64::from(1_i32 << f);
-            p.map(|x| (x / length * radius).round() as i32)
-        })
+/// The octahedron with corners 100 from the middle, as 8 triangles, and all 26 lattice directions from a point.
+fn octahedron() -> Vec<PatchWords> {
+    let corner = |axis: usize, sign: i32| {
+        let mut at = [0; 3];
+        at[axis] = 100 * sign;
+        at
     };
-    for axis in 0..3 {
-        for end in [0, n] {
-            for i in 0..n {
-                for j in 0..n {
-                    let mut at = |u: i32, v: i32| {
-                        let mut place = [0; 3];
-                        (place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3]) = (end, u, v);
-                        vertex(place)
-                    };
-                    let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                    if triangles {
-                        let half = |a: usize, b: usize, c: usize| PatchWords {
-                            corners: [corners[a], corners[b], corners[c], corners[c]],
-                            is_triangle: true,
-                            id: 0,
-                        };
-                        // The other diagonal than a quad's.
-                        patches.extend([half(0, 1, 3), half(1, 2, 3)]);
-                    } else {
-                        patches.push(PatchWords { corners, is_triangle: false, id: 0 });
-                    }
-                }
-            }
-        }
-    }
-    (patches, vertices.into_values().collect())
+    (0..8_u32)
+        .map(|id| {
+            let sign = |axis: u32| if id >> axis & 1 == 0 { 1 } else { -1 };
+            let [x, y, z] = [0, 1, 2].map(|axis| corner(axis, sign(axis as u32)));
+            PatchWords { corners: [x, y, z, z], is_triangle: true, id }
+        })
+        .collect()
 }
 
-/// The direction to a target given with one more fraction bit than coordinates, exact where D >= F + 3.
-fn toward(formats: &Formats, origin: [i32; 3], doubled: [i32; 3]) -> RayWords {
-    let raw = [0, 1, 2].map(|k| i64::from(doubled[k]) - 2 * i64::from(origin[k]));
-    let most = raw.iter().map(|w| w.abs()).max().unwrap();
-    let mut shift = 0;
-    while most << (shift + 1) < 1 << formats.dir_frac_bits {
-        shift += 1;
-    }
-    RayWords { origin, dir: raw.map(|w| i32::try_from(w << shift).unwrap()), t_max: formats.t_limit() }
+fn lattice_directions() -> impl Iterator<Item = [i32; 3]> {
+    (0..27).filter(|n| *n != 13).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1])
 }
 
-/// Rays aimed from inside at every vertex, and at the middle of every edge and diagonal; how many, how many leak.
-fn leaks(formats: &Formats, radii: &[f64], triangles: bool, origin: [i32; 3]) -> (usize, usize) {
-    let (patches, vertices) = bumpy_ball(formats.coord_frac_bits, 3, radii, triangles);
-    let mut targets: Vec<[i32; 3]> = vertices.iter().map(|v| v.map(|w| 2 * w)).collect();
-    for patch in &patches {
-        for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2)] {
-            targets.push([0, 1, 2].map(|k| patch.corners[i][k] + patch.corners[j][k]));
-        }
-    }
-    let lost = targets
-        .iter()
-        .map(|target| toward(formats, origin, *target))
-        .filter(|ray| patches.iter().all(|patch| intersect(formats, ray, patch).is_none()))
-        .count();
-    (targets.len(), lost)
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn intersect_closed_bumpy_ball_from_inside_always_hits(
-        f in 8_u32..=16,
-        radii in prop::collection::vec(0.5_f64..0.95, 56),
-        triangles in any::<bool>(),
-        place in [-0.15_f64..0.15, -0.15_f64..0.15, -0.15_f64..0.15],
-        mode in 0_usize..3,
-    ) {
-        let rounding = [Rounding::NearestEven, Rounding::HalfAway, Rounding::Floor][mode];
-        let formats = Formats { rounding, ..formats(f, f + 4, 12) };
-        let origin = place.map(|x| (x * f64::from(1_i32 << f)).round() as i32);
-        let (rays, lost) = leaks(&formats, &radii, triangles, origin);
-        prop_assert!(rays > 300);
-        prop_assert_eq!(lost, 0, "of {}", rays);
+#[test]
+fn intersect_octahedron_from_its_middle_hits_every_face_around_the_corner_or_edge() {
+    let formats = formats(8, 8, 8);
+    let patches = octahedron();
+    for direction in lattice_directions() {
+        let ray = RayWords { origin: [0; 3], dir: direction.map(|w| 128 * w), t_max: formats.t_limit() };
+        let hits: Vec<u64> =
+            patches.iter().filter_map(|patch| intersect(&formats, &ray, patch)).map(|hit| hit.t).collect();
+        // Through a corner: four faces at 100/128 of 2^8 = 200. Through an edge's middle: two, at half of it; through
+        // a face's middle: one, at a third, 66.7.
+        let (count, t) = match direction.iter().filter(|w| **w != 0).count() {
+            1 => (4, 200),
+            2 => (2, 100),
+            _ => (1, 67),
+        };
+        assert_eq!(hits, vec![t; count], "{direction:?}");
     }
 }
 
 #[test]
-fn intersect_floored_edge_normals_do_leak() {
-    // The reason for full products, and proof that the test above can fail.
-    let radii: Vec<f64> = (0..56).map(|k| 0.5 + 0.45 * f64::from(k * 37 % 56) / 56.0).collect();
-    let floored = Formats { cross_keep_bits: Some(10), rounding: Rounding::Floor, ..formats(12, 16, 12) };
-    let (rays, lost) = leaks(&floored, &radii, true, [100, -50, 30]);
-    assert!(rays > 300 && lost > rays / 100, "{lost} of {rays}");
+fn intersect_box_from_a_point_in_the_plane_of_inner_faces_drops_those_and_hits_the_rest() {
+    // An L: the box [-100, 100] x [-100, 0] x [-50, 50] and on it [-100, 0] x [0, 100] x [-50, 50]. The step at
+    // y = 0, 0 <= x <= 100 lies in the plane of the origin.
+    let formats = formats(8, 8, 8);
+    let step = [[0, 0, -50], [100, 0, -50], [100, 0, 50], [0, 0, 50]];
+    let rise = [[0, 0, -50], [0, 0, 50], [0, 100, 50], [0, 100, -50]];
+    let wall = [[100, -100, -50], [100, 0, -50], [100, 0, 50], [100, -100, 50]];
+    let quad = |corners, id| PatchWords { corners, is_triangle: false, id };
+    let (step, rise, wall) = (quad(step, 0), quad(rise, 1), quad(wall, 2));
+    let ray = RayWords { origin: [-50, 0, 0], dir: [128, 0, 0], t_max: formats.t_limit() };
+    // Along the step: all five edge values are 0, no hit. The ray touches the lower edge of the rise, then leaves
+    // by the upper edge of the wall.
+    assert_eq!(taps(&formats, &ray, &step).e, [0; 5]);
+    assert_eq!(intersect(&formats, &ray, &step), None);
+    assert_eq!(intersect(&formats, &ray, &rise).map(|hit| hit.t), Some(100));
+    assert_eq!(intersect(&formats, &ray, &wall).map(|hit| hit.t), Some(300));
+    // Upward from the plane the step is behind, downward too: it holds no point of these rays but the origin's plane.
+    for dir in [[128, 3, 0], [128, -3, 0]] {
+        assert_eq!(intersect(&formats, &RayWords { dir, ..ray }, &step), None);
+    }
+}
+
+#[test]
+fn intersect_quads_and_triangles_without_area_are_never_hit() {
+    let formats = formats(8, 8, 8);
+    let flat: [[[i32; 3]; 4]; 3] = [
+        [[50, 50, 50]; 4],
+        [[50, 0, 0], [100, 0, 0], [75, 0, 0], [60, 0, 0]],
+        [[50, -10, 3], [50, 10, 3], [50, 0, 3], [50, -10, 3]],
+    ];
+    let mut cases = 0;
+    for corners in flat {
+        for is_triangle in [true, false] {
+            let patch = PatchWords { corners, is_triangle, id: 0 };
+            let targets = corners.into_iter().chain([[50, 3, 3], [80, 0, 0], [100, 1, 0]]);
+            for target in targets {
+                let ray = RayWords { origin: [0; 3], dir: target, t_max: formats.t_limit() };
+                assert_eq!(intersect(&formats, &ray, &patch), None, "{target:?} {patch:?}");
+                cases += 1;
+            }
+        }
+    }
+    assert_eq!(cases, 3 * 2 * 7);
 }

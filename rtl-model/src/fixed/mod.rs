@@ -2,9 +2,11 @@
 //!
 //! ```text
 //! Formats {F, D, T, K, rounding} -> width of every wire (width_table) -> datapath, packet, memory image
+//!                               +-> num, den -> division units -> t
 //! ```
 //! Not modelled: saturation. The width table leaves every wire room for its largest value, so nothing overflows.
 
+pub mod division;
 mod formats;
 mod rounding;
 mod width_table;

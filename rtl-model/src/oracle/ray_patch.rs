@@ -55,30 +55,32 @@ type Wire = Expansion<2>;
 /// A directed edge of a patch. A quad's diagonal is one edge, rounded once, which the first triangle runs backward.
 #[derive(Clone, Copy)]
 struct Edge {
+    /// Its place in [`Wires::c`].
+    place: usize,
     from: usize,
     to: usize,
     backward: bool,
 }
 
-const fn edge(from: usize, to: usize) -> Edge {
-    Edge { from, to, backward: false }
+const fn edge(place: usize, from: usize, to: usize) -> Edge {
+    Edge { place, from, to, backward: false }
 }
 
-const TRIANGLE: [Edge; 3] = [edge(0, 1), edge(1, 2), edge(2, 0)];
-const QUAD: [[Edge; 3]; 2] =
-    [[edge(0, 1), edge(1, 2), Edge { from: 0, to: 2, backward: true }], [edge(0, 2), edge(2, 3), edge(3, 0)]];
-/// Edges of a quad in the order of [`Wires::c`].
-const QUAD_EDGES: [Edge; 5] = [edge(0, 1), edge(1, 2), edge(0, 2), edge(2, 3), edge(3, 0)];
+const TRIANGLE: [Edge; 3] = [edge(0, 0, 1), edge(1, 1, 2), edge(2, 2, 0)];
+const QUAD: [[Edge; 3]; 2] = [
+    [edge(0, 0, 1), edge(1, 1, 2), Edge { place: 2, from: 0, to: 2, backward: true }],
+    [edge(2, 0, 2), edge(3, 2, 3), edge(4, 3, 0)],
+];
 
 /// Tests one ray with one patch. The words must be valid for the formats.
 pub fn intersect(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Option<HitWords> {
     let test = Test::new(formats, ray, patch);
     let hit = |edges: &[Edge; 3]| {
-        test.contains(edges).then(|| test.hit(edges)).flatten().map(|(t, facing)| HitWords {
-            t,
-            patch: patch.id,
-            facing,
-        })
+        if !test.contains(edges) {
+            return None;
+        }
+        let (t, facing) = test.range(&test.face(edges.map(|edge| test.normal(&edge))))?;
+        Some(HitWords { t, patch: patch.id, facing })
     };
     if patch.is_triangle {
         return hit(&TRIANGLE);
@@ -93,17 +95,16 @@ pub fn intersect(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Optio
 /// The wires of a test.
 pub fn wires(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Wires {
     let test = Test::new(formats, ray, patch);
-    let edges: &[Edge] = if patch.is_triangle { &TRIANGLE } else { &QUAD_EDGES };
-    let (mut c, mut e) = ([[0; 3]; 5], [0; 5]);
-    for (k, edge) in edges.iter().enumerate() {
-        let normal = test.normal(edge);
-        c[k] = normal.map(Wire::to_i128);
-        e[k] = test.along(&normal, test.dir).to_i128();
+    let (mut normals, mut values) = ([[Wire::ZERO; 3]; 5], [Wire::ZERO; 5]);
+    let loops: &[[Edge; 3]] = if patch.is_triangle { &[TRIANGLE] } else { &QUAD };
+    for edge in loops.iter().flatten().filter(|edge| !edge.backward) {
+        normals[edge.place] = test.normal(edge);
+        values[edge.place] = test.along(&normals[edge.place], test.dir);
     }
+    let (up, down) = test.t_scales();
     let triangle = |edges: &[Edge; 3]| {
-        let signs = edges.map(|edge| test.along(&test.normal(&edge), test.dir).sign());
-        let face = test.face(edges);
-        let (up, down) = test.t_scales();
+        let face = test.face(edges.map(|edge| edge.turn(normals[edge.place])));
+        let signs = edges.map(|edge| edge.turn([values[edge.place]])[0].sign());
         TriangleWires {
             inside: signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater),
             n: face.normal.map(Wire::to_i128),
@@ -113,13 +114,20 @@ pub fn wires(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Wires {
             den_shifted: face.den.scaled(down).to_i128(),
         }
     };
-    let triangles = if patch.is_triangle {
-        [Some(triangle(&TRIANGLE)), None]
-    } else {
-        [Some(triangle(&QUAD[0])), Some(triangle(&QUAD[1]))]
-    };
-    // Differences of coordinate words are integers: the conversion is exact.
-    Wires { a: test.a.map(|p| p.map(|x| x as i64)), c, e, triangles }
+    Wires {
+        // Differences of coordinate words are integers: the conversion is exact.
+        a: test.a.map(|p| p.map(|x| x as i64)),
+        c: normals.map(|normal| normal.map(Wire::to_i128)),
+        e: values.map(Wire::to_i128),
+        triangles: [0, 1].map(|k| loops.get(k).map(triangle)),
+    }
+}
+
+impl Edge {
+    /// A quantity of the edge as it is run: negated for backward.
+    fn turn<const N: usize>(&self, forward: [Wire; N]) -> [Wire; N] {
+        if self.backward { forward.map(|word| word.scaled(-1.0)) } else { forward }
+    }
 }
 
 /// One ray and one patch as real numbers, in steps of their words.
@@ -157,19 +165,21 @@ impl<'a> Test<'a> {
             exact.add_product(-p[j], q[i]);
             self.keep(exact.compress())
         });
-        if edge.backward { kept.map(|word| word.scaled(-1.0)) } else { kept }
+        edge.turn(kept)
     }
 
     /// Rounds a product of coordinates from 2F fraction bits to the K that are kept.
     fn keep(&self, exact: Wire) -> Wire {
-        let full = 2 * self.formats.coord_frac_bits;
-        match self.formats.cross_keep_bits {
-            Some(keep) if keep < full => {
-                let unit = power_of_two(keep.cast_signed() - full.cast_signed());
-                exact.scaled(unit).rounded(self.formats.rounding)
-            }
-            _ => exact,
+        match self.dropped_bits() {
+            0 => exact,
+            dropped => exact.scaled(power_of_two(-dropped)).rounded(self.formats.rounding),
         }
+    }
+
+    /// 2F - K, or 0 with full products.
+    fn dropped_bits(&self) -> i32 {
+        let full = 2 * self.formats.coord_frac_bits.cast_signed();
+        full - self.formats.cross_keep_bits.map_or(full, u32::cast_signed)
     }
 
     /// The inner product of a normal with a vector.
@@ -183,12 +193,30 @@ impl<'a> Test<'a> {
 
     /// The sign of an edge value.
     fn side(&self, edge: &Edge) -> Ordering {
-        if self.formats.cross_keep_bits.is_none_or(|keep| keep >= 2 * self.formats.coord_frac_bits) {
-            let exact = self.orientation(edge);
-            if edge.backward { exact.reverse() } else { exact }
+        if self.dropped_bits() == 0 {
+            let forward = self.orientation(edge);
+            if edge.backward { forward.reverse() } else { forward }
         } else {
-            self.along(&self.normal(edge), self.dir).sign()
+            self.clear_side(edge).unwrap_or_else(|| self.along(&self.normal(edge), self.dir).sign())
         }
+    }
+
+    /// The sign of an edge value of rounded products, where plain f64 arithmetic is sure of it.
+    ///
+    /// With S = 2^(F+1), u = 2^-53: each of the two products of a component of c is off by u S^2, their difference by
+    /// another 2 u S^2; times d (under 2^D), with the product's own error, 6 u S^2 2^D; three of them and two sums, of
+    /// magnitudes under 4 and 6 S^2 2^D: 28 u S^2 2^D, with higher powers of u under 32 u S^2 2^D = 2^(2F+D-46).
+    /// Rounding to K bits moves each component of c by under one of 2^(2F-K), so e by under 2^(2F-K) (|d_x|+|d_y|+|d_z|).
+    fn clear_side(&self, edge: &Edge) -> Option<Ordering> {
+        let (p, q, d) = (self.a[edge.from], self.a[edge.to], self.dir);
+        let value = (p[1] * q[2] - p[2] * q[1]) * d[0]
+            + (p[2] * q[0] - p[0] * q[2]) * d[1]
+            + (p[0] * q[1] - p[1] * q[0]) * d[2];
+        let Formats { coord_frac_bits, dir_frac_bits, .. } = *self.formats;
+        let arithmetic = power_of_two((2 * coord_frac_bits + dir_frac_bits).cast_signed() - 46);
+        let rounding = power_of_two(self.dropped_bits()) * d.iter().map(|x| x.abs()).sum::<f64>();
+        let forward = (value.abs() > arithmetic + rounding).then(|| value.total_cmp(&0.0))?;
+        Some(if edge.backward { forward.reverse() } else { forward })
     }
 
     /// The sign of det(v_from - o, v_to - o, d) by an exact predicate.
@@ -213,14 +241,13 @@ impl<'a> Test<'a> {
         seen.is_ne()
     }
 
-    fn face(&self, edges: &[Edge; 3]) -> Face {
-        let mut sums = [Expansion::<6>::ZERO; 3];
-        for edge in edges {
-            for (sum, word) in sums.iter_mut().zip(self.normal(edge)) {
-                sum.add_all(&word);
-            }
-        }
-        let normal = sums.map(|sum| sum.compress());
+    /// The face of a triangle from the normals of its edges.
+    fn face(&self, edges: [[Wire; 3]; 3]) -> Face {
+        let normal = [0, 1, 2].map(|k| {
+            let mut sum = Expansion::<6>::ZERO;
+            edges.iter().for_each(|c| sum.add_all(&c[k]));
+            sum.compress()
+        });
         let den = self.along(&normal, self.dir);
         let num = self.along(&normal, self.a[0]);
         Face { normal, den, num }
@@ -234,9 +261,8 @@ impl<'a> Test<'a> {
         (power_of_two(exponent.max(0)), power_of_two((-exponent).max(0)))
     }
 
-    /// Distance and side of a triangle that contains the ray's line, when the range does.
-    fn hit(&self, edges: &[Edge; 3]) -> Option<(u64, Facing)> {
-        let face = self.face(edges);
+    /// Distance and side of a triangle that contains the ray's line, when they are in the range.
+    fn range(&self, face: &Face) -> Option<(u64, Facing)> {
         if face.num.sign() == face.den.sign().reverse() {
             return None;
         }

@@ -60,7 +60,7 @@ proptest! {
                     ray.origin = patch.corners[corner];
                 }
                 let test = Test::new(&formats, &ray, &patch);
-                for edge in QUAD_EDGES.iter().chain(&QUAD[0]) {
+                for edge in QUAD.iter().flatten().chain(&TRIANGLE) {
                     let forward = Edge { backward: false, ..*edge };
                     let expansion = test.along(&test.normal(&forward), test.dir).sign();
                     prop_assert_eq!(test.orientation(&forward), expansion);
@@ -85,9 +85,13 @@ proptest! {
         for ray in rays {
             let test = Test::new(&formats, &ray, &patch);
             let wires = wires(&formats, &ray, &patch);
-            for (triangle, edges) in wires.triangles.iter().flatten().zip(&QUAD) {
-                let edges = if patch.is_triangle { &TRIANGLE } else { edges };
+            let loops: &[[Edge; 3]] = if patch.is_triangle { &[TRIANGLE] } else { &QUAD };
+            for (triangle, edges) in wires.triangles.iter().flatten().zip(loops) {
                 prop_assert_eq!(triangle.inside, test.contains(edges));
+                for edge in edges {
+                    let sign = test.along(&test.normal(edge), test.dir).sign();
+                    prop_assert!(test.clear_side(edge).is_none_or(|clear| clear == sign));
+                }
                 // The face's den is the sum of the edge values.
                 let sum = edges.iter().map(|edge| test.along(&test.normal(edge), test.dir).to_i128()).sum::<i128>();
                 prop_assert_eq!(triangle.den, sum);

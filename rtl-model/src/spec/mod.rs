@@ -10,9 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::fixed::Formats;
 
+mod division;
 mod parameters;
 mod validate;
 
+pub use division::{DivisionSpec, DivisionUnit};
 pub use parameters::ParameterRow;
 pub use validate::SpecError;
 
@@ -44,6 +46,8 @@ pub struct BoardSpec {
     pub loader: LoaderSpec,
     /// Intersection Computation Units.
     pub icu: IcuSpec,
+    /// Division unit of the ICUs.
+    pub division: DivisionSpec,
     /// Queue depths.
     pub fifos: FifoSpec,
     /// Cache of patch records, one per module.
@@ -128,7 +132,7 @@ pub struct LoaderSpec {
 pub struct IcuSpec {
     /// Cycles between two tests, 1..=4096.
     pub initiation_interval: u32,
-    /// Latency of a test in cycles, 1..=4096.
+    /// Latency of a test in cycles, 1..=4096; with a named division unit, of the stages before it.
     pub depth: u32,
 }
 
@@ -237,6 +241,7 @@ impl Default for BoardSpec {
             ctu: CtuSpec::default(),
             loader: LoaderSpec::default(),
             icu: IcuSpec::default(),
+            division: DivisionSpec::default(),
             fifos: FifoSpec::default(),
             patch_cache: PatchCacheSpec::default(),
             list_cache: ListCacheSpec::default(),

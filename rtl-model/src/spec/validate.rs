@@ -2,6 +2,7 @@
 
 use super::BoardSpec;
 use crate::fixed::FormatError;
+use crate::fixed::division::DivisionError;
 
 /// A parameter that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -29,6 +30,9 @@ pub enum SpecError {
     /// A word length outside its range.
     #[error("formats.{0}")]
     Format(#[from] FormatError),
+    /// A division unit that cannot be.
+    #[error("division.{0}")]
+    Division(#[from] DivisionError),
 }
 
 impl SpecError {
@@ -86,8 +90,9 @@ impl BoardSpec {
     /// The longest that a working board can go without any block working: every latency, one after the other.
     fn longest_wait_cycles(&self) -> u64 {
         let bus_ratio = (self.clock_mhz / self.bus.clock_mhz).ceil() as u64 + 1;
-        let pipes = self.icu.depth
-            + self.icu.initiation_interval
+        let icu = self.icu_timing();
+        let pipes = icu.depth
+            + icu.initiation_interval
             + self.ctu.depth
             + self.ctu.initiation_interval
             + self.cluster_buffer.cycles
@@ -120,6 +125,7 @@ impl BoardSpec {
         range("loader.slots", self.loader.slots, 1..=32)?;
         range("icu.initiation_interval", self.icu.initiation_interval, 1..=4096)?;
         range("icu.depth", self.icu.depth, 1..=4096)?;
+        self.division.validate(&self.formats)?;
         range("fifos.ctu_icu", self.fifos.ctu_icu, 1..=4096)?;
         range("fifos.icu_reducer", self.fifos.icu_reducer, 1..=4096)?;
         range("fifos.results", self.fifos.results, 1..=4096)?;

@@ -26,12 +26,15 @@ fn config(test_name: &'static str) -> Config {
         failure_persistence: Some(Box::new(FileFailurePersistence::SourceParallel("proptest-regressions"))),
         source_file: Some(SOURCE),
         test_name: Some(test_name),
+        // Of a case of 63 pairs of 32 words; the default would depend on the number of cases.
+        max_shrink_iters: 100_000,
         ..default
     }
 }
 
-/// Runs board and oracle on pairs built from words; the tally of what they were.
-fn agree(test_name: &'static str, build: impl Fn(&Words) -> (Formats, Pair)) -> Tally {
+/// Runs board and oracle on pairs built from words; the tally of what they were, none after a shortened run, whose
+/// shares say nothing.
+fn agree(test_name: &'static str, build: impl Fn(&Words) -> (Formats, Pair)) -> Option<Tally> {
     let config = config(test_name);
     let full = config.cases >= CASES;
     let sum = Cell::new(Tally::default());
@@ -53,8 +56,8 @@ fn agree(test_name: &'static str, build: impl Fn(&Words) -> (Formats, Pair)) -> 
         Err(TestError::Abort(reason)) => panic!("{reason}"),
     }
     let tally = sum.get();
-    assert!(tally.count(Kind::Pair) >= LEAST_PAIRS || !full, "{tally}");
-    tally
+    assert!(tally.count(Kind::Pair) >= if full { LEAST_PAIRS } else { 1 }, "{tally}");
+    full.then_some(tally)
 }
 
 /// Builders must stay inside what the formats allow.
@@ -72,7 +75,9 @@ fn valid(formats: &Formats, pair: &Pair) -> Result<(), String> {
 }
 
 fn class_agrees(class: Class, test_name: &'static str) {
-    let tally = agree(test_name, |words| class.pair_at_a_set(words));
+    let Some(tally) = agree(test_name, |words| class.pair_at_a_set(words)) else {
+        return;
+    };
     let pairs = tally.count(Kind::Pair);
     for (kind, thousandths) in class.must_show() {
         let count = tally.count(*kind);
@@ -117,6 +122,9 @@ fn pair_of_any_class_at_any_formats_board_equals_oracle() {
         rounded.set(rounded.get() + u64::from(formats.cross_drop() > 0));
         (formats, class.pair(&formats, &mut draw))
     });
+    let Some(tally) = tally else {
+        return;
+    };
     assert!(rounded.get() * 3 > tally.count(Kind::Pair), "{} rounded of {tally}", rounded.get());
     let kinds = [
         Kind::Front,

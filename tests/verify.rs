@@ -1,0 +1,341 @@
+//! `verify`, its sweep, and test vectors from outside: exit statuses, tables, reports, files that replay.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder to run in.
+struct Place {
+    dir: TempDir,
+}
+
+/// What a command did.
+struct Run {
+    status: i32,
+    stdout: String,
+    stderr: String,
+}
+
+impl Place {
+    fn new() -> Place {
+        Place { dir: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.text(name)).unwrap()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.dir.path()).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn run(&self, args: &[&str]) -> Run {
+        let output = cargo_bin_cmd!("radeng")
+            .current_dir(self.dir.path())
+            .env("NO_COLOR", "1")
+            .args(args)
+            .output()
+            .unwrap();
+        Run {
+            status: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    fn exits(&self, status: i32, args: &[&str]) -> Run {
+        let run = self.run(args);
+        assert_eq!(run.status, status, "{args:?}\n{}{}", run.stdout, run.stderr);
+        assert!(!run.stderr.contains("panicked"), "{args:?}\n{}", run.stderr);
+        run
+    }
+
+    /// Runs and expects exit status 2, a message that holds `expected`, and no new file.
+    fn refused(&self, args: &[&str], expected: &str) {
+        let before = self.names();
+        let stderr = self.exits(2, args).stderr;
+        let message = stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(message.contains(expected), "{args:?}: expected '{expected}' in\n{stderr}");
+        assert_eq!(self.names(), before, "{args:?} left a file");
+    }
+}
+
+fn scene(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml");
+    path.to_str().unwrap().to_owned()
+}
+
+/// Few rays, a small picture, a coarse mesh.
+const SMALL: [&str; 14] = [
+    "--elements",
+    "96",
+    "--width",
+    "12",
+    "--height",
+    "8",
+    "--shadow-strata",
+    "2",
+    "--rays",
+    "2000",
+    "--clocked",
+    "300",
+    "--board",
+    "minimal",
+];
+
+fn verify<'a>(scene: &'a str, extra: &[&'a str]) -> Vec<&'a str> {
+    [&["verify", scene][..], &SMALL, extra].concat()
+}
+
+/// A triangle, a quad before it, rays of each kind with right answers.
+const VECTORS: &str = "vectors,1
+formats,8,8,8,full,nearest-even
+patch,7,triangle,-10,-10,100,10,-10,100,0,20,100
+patch,3,quad,-10,-10,50,10,-10,50,10,10,50,-10,10,50
+ray,nearest,0,0,0,0,0,255,1024,50,3,back
+ray,any,0,0,-200,0,0,255,1024,hit
+ray,nearest,0,0,0,0,0,-255,1024,miss
+ray,any,0,0,0,255,0,0,3
+";
+
+#[test]
+fn verify_of_a_room_passes_and_prints_one_screen() {
+    let place = Place::new();
+    let scene = scene("point-room");
+    let run = place.exits(0, &verify(&scene, &["--report", "r.json"]));
+    for word in [
+        "board == oracle: 0 mismatches",
+        "2000 rays",
+        "primary",
+        "form factors",
+        "shadow",
+        "misclassified",
+        "edge",
+        "unexplained",
+        "median",
+        "of the derived bound",
+        "spare bits",
+        "num_shifted",
+        "undecided",
+        "RMSE",
+        "passed",
+    ] {
+        assert!(run.stdout.contains(word), "'{word}' is missing in\n{}", run.stdout);
+    }
+    assert!(
+        run.stdout.lines().count() <= 60
+            && run.stdout.lines().all(|l| l.len() <= 120 || l.starts_with("scene")),
+        "{}",
+        run.stdout
+    );
+    assert_eq!(place.names(), ["r.json"], "no mismatch, no file");
+    let report = place.json("r.json");
+    assert_eq!((&report["schema"], &report["passed"]), (&"radeng/verify/1".into(), &true.into()));
+    assert_eq!((&report["n_rays"], &report["n_mismatches"]), (&2000.into(), &0.into()));
+    assert_eq!(report["board"]["name"], "minimal");
+    assert!(report["n_wire_tests"].as_u64().unwrap() > 100);
+    assert_eq!(report["first_test"].as_array().unwrap().len(), 5);
+    assert!(report["wires"].as_array().unwrap().len() >= 17);
+    let t = &report["t_error"];
+    let step_m = report["step_m"].as_f64().unwrap();
+    assert!((t["max_m"].as_f64().unwrap() - step_m * t["max_steps"].as_f64().unwrap()).abs() < 1e-12);
+    assert!(report["sweep"].is_null() && report["image"]["n_pixels"] == 96);
+}
+
+#[test]
+fn sweep_of_three_widths_prints_plots_and_reports_a_row_each() {
+    let place = Place::new();
+    let scene = scene("point-room");
+    let flags =
+        ["--sweep", "frac_bits=8..16:4", "--first-test", "8,6", "--plot", "p.svg", "--report", "r.json"];
+    let run = place.exits(0, &verify(&scene, &flags));
+    assert!(run.stdout.contains("frac_bits 8 to 16, 2000 rays each"), "{}", run.stdout);
+    assert!(run.stdout.lines().all(|l| l.len() <= 120 || l.starts_with("scene")), "{}", run.stdout);
+    let report = place.json("r.json");
+    let rows = report["sweep"]["rows"].as_array().unwrap();
+    assert_eq!(report["sweep"]["parameter"], "frac_bits");
+    assert_eq!(rows.iter().map(|r| r["value"].as_u64().unwrap()).collect::<Vec<_>>(), [8, 12, 16]);
+    for row in rows {
+        let formats = &row["formats"];
+        for width in ["coord_frac_bits", "dir_frac_bits", "t_frac_bits"] {
+            assert_eq!(formats[width], row["value"], "{formats}");
+        }
+        assert_eq!((&row["n_mismatches"], &row["n_rays"]), (&0.into(), &2000.into()));
+        assert!(row["image"].is_null());
+        let line = run
+            .stdout
+            .lines()
+            .find(|l| l.starts_with(&format!("{:>5} ", row["value"].as_u64().unwrap())))
+            .unwrap();
+        let cells: Vec<&str> = line.split_whitespace().filter(|c| *c != "|").collect();
+        assert_eq!(cells.len(), 2 + 5 + 4 + 2, "{line}");
+        assert_eq!(cells[1], "0", "{line}");
+    }
+    let error_m = |row: &Value| row["t_error"]["p99_m"].as_f64().unwrap();
+    assert!(error_m(&rows[0]) > 4.0 * error_m(&rows[1]) && error_m(&rows[1]) > 4.0 * error_m(&rows[2]));
+    let svg = place.text("p.svg");
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    for word in ["point-room on minimal: frac_bits", "depth tie", "6 bits", "% of the rays", "polyline"] {
+        assert!(svg.contains(word), "'{word}' is missing in the plot");
+    }
+}
+
+#[test]
+fn verify_with_flags_that_cannot_be_is_refused_before_any_work() {
+    let place = Place::new();
+    let scene = scene("furnace");
+    let refused = |extra: &[&str], expected: &str| {
+        place.refused(&[&["verify", scene.as_str()][..], extra].concat(), expected);
+    };
+    refused(&["--sweep", "coord_frac_bits=7..9"], "coord_frac_bits = 7 is outside 8..=28");
+    refused(&["--sweep", "t_frac_bits=30..40"], "t_frac_bits = 33 is outside 8..=32");
+    refused(&["--sweep", "width=8..9"], "'width' is none of coord_frac_bits");
+    refused(&["--sweep", "coord_frac_bits"], "expected NAME=FROM..TO");
+    refused(&["--first-test", "3"], "3 is not in 4..=24");
+    refused(&["--first-test", "6,,8"], "--first-test");
+    refused(&["--rays", "0"], "0 is not in 1..=");
+    refused(&["--plot", "p.svg"], "--sweep");
+    refused(&["--sweep", "t_frac_bits=8..9", "--vectors", "v.csv"], "--vectors");
+    refused(&["--sweep", "t_frac_bits=8..9", "--plot", "p.png"], "ends in .svg");
+    refused(&["--vectors", "v.txt"], "v.txt: expected a name that ends in .csv or .rvec");
+    refused(&["--mismatch", "v"], "v: expected a name that ends in .csv or .rvec");
+    refused(&["--vectors", "v.csv", "--mismatch", "./v.csv"], "named twice");
+    refused(&["--vector-rays", "10"], "--vectors");
+    refused(&["--board", "delft-1991"], "(presets: delft-1992, minimal)");
+}
+
+#[test]
+fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
+    let place = Place::new();
+    let scene = scene("point-room");
+    place.exits(0, &verify(&scene, &["--no-image", "--vectors", "v.csv", "--vector-rays", "60"]));
+    let run = place.exits(0, &["simulate", "--rays", "v.csv", "--board", "minimal", "--report", "r.json"]);
+    assert!(run.stdout.contains("all 60 rays hold"), "{}", run.stdout);
+    assert!(run.stdout.contains("share of the cycles by cause"), "{}", run.stdout);
+    let report = place.json("r.json");
+    assert_eq!((&report["schema"], &report["workload"]), (&"radeng/simulate/1".into(), &"vectors".into()));
+    let vectors = &report["vectors"];
+    assert_eq!((&vectors["n_expected"], &vectors["passed"]), (&60.into(), &true.into()));
+    assert!(vectors["n_tests"].as_u64().unwrap() > 60 && report["cycles"].as_u64().unwrap() > 0);
+    assert_eq!(report["rays"], 60);
+    assert!(report["scene"].is_null());
+
+    // The binary file is the same, and runs as well.
+    place.exits(0, &verify(&scene, &["--no-image", "--vectors", "v.rvec", "--vector-rays", "60"]));
+    let binary = place.exits(0, &["simulate", "--rays", "v.rvec", "--board", "minimal"]);
+    assert!(binary.stdout.contains("all 60 rays hold"), "{}", binary.stdout);
+
+    // One unit of t of one nearest-hit ray.
+    let text = place.text("v.csv");
+    let is_hit = |line: &str| line.starts_with("ray,nearest") && !line.ends_with("miss");
+    let (number, line) =
+        text.lines().filter(|l| l.starts_with("ray,")).enumerate().find(|(_, l)| is_hit(l)).unwrap();
+    let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+    fields[9] = (fields[9].parse::<u64>().unwrap() ^ 1).to_string();
+    place.write("wrong.csv", text.replacen(line, &fields.join(","), 1));
+    let run = place.exits(1, &["simulate", "--rays", "wrong.csv", "--board", "minimal"]);
+    assert!(run.stdout.contains("1 OF 60 rays DO NOT HOLD"), "{}", run.stdout);
+    assert!(run.stdout.contains(&format!("first wrong answer: ray {number} of the file")), "{}", run.stdout);
+    for word in [
+        "board, clocked",
+        "board, functional",
+        "oracle",
+        "num012",
+        "again      radeng simulate --rays wrong.csv --board minimal",
+    ] {
+        assert!(run.stdout.contains(word), "'{word}' is missing in\n{}", run.stdout);
+    }
+    // One unit of one wire of one test.
+    let line = text.lines().find(|l| l.starts_with("test,")).unwrap();
+    let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+    fields[5 + 27] = (fields[5 + 27].parse::<i128>().unwrap() + 1).to_string();
+    place.write("wire.csv", text.replacen(line, &fields.join(","), 1));
+    let run = place.exits(1, &["simulate", "--rays", "wire.csv", "--board", "minimal"]);
+    assert!(run.stdout.contains("first wrong answer: test 0 of the file"), "{}", run.stdout);
+    let differing: Vec<&str> = run.stdout.lines().filter(|l| l.ends_with("<-- differ")).collect();
+    assert_eq!(differing.len(), 1, "{}", run.stdout);
+    assert!(differing[0].trim_start().starts_with("e01"), "{}", differing[0]);
+}
+
+#[test]
+fn simulate_of_small_vectors_tells_what_holds_and_which_formats_it_takes() {
+    let place = Place::new();
+    place.write("v.csv", VECTORS);
+    let run = place.exits(0, &["simulate", "--rays", "v.csv"]);
+    assert!(run.stdout.contains("2 patches, 4 rays of which 3 with an expected answer"), "{}", run.stdout);
+    assert!(run.stderr.contains("number formats replace those of board delft-1992"), "{}", run.stderr);
+    place.write("back.csv", VECTORS.replace("50,3,back", "50,3,front"));
+    let run = place.exits(1, &["simulate", "--rays", "back.csv"]);
+    assert!(
+        run.stdout.contains("first wrong answer: ray 0 of the file (from 0), nearest hit"),
+        "{}",
+        run.stdout
+    );
+    place.write("any.csv", VECTORS.replace(",hit", ",miss"));
+    let run = place.exits(1, &["simulate", "--rays", "any.csv"]);
+    assert!(run.stdout.contains("first wrong answer: ray 1 of the file (from 0), any hit"), "{}", run.stdout);
+}
+
+#[test]
+fn simulate_of_what_it_cannot_take_says_what_to_do() {
+    let place = Place::new();
+    let furnace = scene("furnace");
+    place.write("v.csv", VECTORS);
+    place.write("metres.csv", "0,0,0,0,0,1\n");
+    place.write("bad.csv", VECTORS.replace("miss", "mist"));
+    place.write("empty.csv", "vectors,1\nformats,8,8,8,full,floor\npatch,1,triangle,0,0,0,1,0,0,0,1,0\n");
+    place.write("cut.rvec", b"RVEC\x01\0\0\0");
+    place.refused(&["simulate"], "SCENE");
+    place.refused(&["simulate", &furnace, "--rays", "v.csv"], "take no SCENE: radeng simulate --rays v.csv");
+    place.refused(&["simulate", "--rays", "metres.csv"], "radeng simulate SCENE --rays metres.csv");
+    place.refused(&["simulate", "--rays", "bad.csv"], "bad.csv:7: t of the hit is 'mist'");
+    place.refused(&["simulate", "--rays", "cut.rvec"], "cut.rvec byte 8: the length of the file is 8 bytes");
+    place.refused(&["simulate", "--rays", "empty.csv"], "empty.csv: the file holds no rays and no tests");
+    place.refused(&["simulate", "--rays", "none.csv"], "none.csv: no such file, expected test vectors");
+    place.refused(&["simulate", "--rays", "."], "is a directory, expected test vectors");
+    place
+        .refused(&["simulate", "--rays", "v.csv", "--elements", "10"], "--elements has no use without SCENE");
+    place.write("tiny.toml", "grid_log2 = 7\n[dram]\nbytes = 4096\n");
+    place.refused(
+        &["simulate", "--rays", "v.csv", "--board", "tiny.toml", "--report", "r.json"],
+        "patch memory",
+    );
+}
+
+#[test]
+fn help_of_verify_and_simulate_describes_sweeps_and_vectors() {
+    let place = Place::new();
+    let help = |name: &str| {
+        place.exits(0, &[name, "--help"]).stdout.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let verify = help("verify");
+    for word in ["Examples:", "coord_frac_bits=8..28", "radeng simulate --rays out.csv", "exit status is 1"] {
+        assert!(verify.contains(word), "'{word}' is missing in\n{verify}");
+    }
+    let simulate = help("simulate");
+    for word in [
+        "radeng simulate --rays vectors.csv",
+        "Without SCENE it holds test vectors",
+        "radeng verify --vectors",
+    ] {
+        assert!(simulate.contains(word), "'{word}' is missing in\n{simulate}");
+    }
+}
