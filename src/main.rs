@@ -1,6 +1,6 @@
 //! `radeng`: parse, run, print, exit status.
 //!
-//! Status 0: fine; 1: a check failed (`compare --threshold`); 2: a bad input, named on stderr.
+//! Status 0: fine; 1: a check failed (`verify`, `simulate` of vectors, `compare --threshold`); 2: a bad input, named on stderr.
 
 use std::io::Write;
 use std::process::ExitCode;
