@@ -19,7 +19,7 @@ use rtl_model::spec::BoardSpec;
 use super::{FrameError, Progress, load_and_mesh, start_points, warnings};
 use crate::image::{Difference, difference};
 use crate::mesh::Mesh;
-use crate::radiosity;
+use crate::radiosity::{self, EnergyAccount};
 use crate::raycast::functional::FunctionalCaster;
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::recording::RecordingCaster;
@@ -85,7 +85,7 @@ pub fn verify_scene(
     let mut software = timings.measure("software caster", || SoftwareCaster::new(patches.clone()));
     let cap = options.n_rays.saturating_mul(RECORDED_PER_RAY).max(MIN_RECORDED);
     let mut recorder = RecordingCaster::new(&mut software, offset_m, cap);
-    let recorded =
+    let (account, recorded) =
         timings.measure("recorded run", || both_passes(&scene, &mesh, &mut recorder, options, progress))?;
     let workload = verify::chosen(recorder.into_recordings(), options.n_rays);
 
@@ -95,13 +95,14 @@ pub fn verify_scene(
     let told = &mut |share| progress(Progress::Render(share));
     let mut verification = verify::verify(case, options, &mut timings, told)?;
     if options.compare_image {
-        let by_software = timings
+        let (_, by_software) = timings
             .measure("software picture", || both_passes(&scene, &mesh, &mut software, options, progress))?;
-        let by_board = timings
+        let (_, by_board) = timings
             .measure("board picture", || both_passes(&scene, &mesh, &mut functional, options, progress))?;
         verification.image = by_software.zip(by_board).and_then(|(a, b)| compare(&a, &b));
     }
     let mut warnings = scene.warnings.clone();
+    warnings.extend(warnings::open_account(&account));
     warnings.extend(recorded.and_then(|rendering| warnings::back_faces(&scene, &rendering)));
     let image = functional.image().clone();
     Ok(Verified { scene, mesh, verification, quantizer, image, sample, timings, warnings })
@@ -114,12 +115,13 @@ fn both_passes(
     caster: &mut dyn RayCaster,
     options: &VerifyOptions,
     progress: &mut dyn FnMut(Progress),
-) -> Result<Option<Rendering>, FrameError> {
+) -> Result<(EnergyAccount, Option<Rendering>), FrameError> {
     let pass_1 = &mut |p| progress(Progress::Solve(p));
     let solution = radiosity::solve(scene, mesh, caster, &options.solve, pass_1)?;
-    let Some(camera) = &scene.camera else { return Ok(None) };
+    let Some(camera) = &scene.camera else { return Ok((solution.account, None)) };
     let pass_2 = &mut |share| progress(Progress::Render(share));
-    Ok(Some(render::render(scene, camera, mesh, &solution, caster, &options.picture, pass_2)?))
+    let rendering = render::render(scene, camera, mesh, &solution, caster, &options.picture, pass_2)?;
+    Ok((solution.account, Some(rendering)))
 }
 
 /// The pictures are of one size, so there is a difference.
@@ -158,6 +160,7 @@ mod tests {
         assert!(found.t_error.n > 100 && found.t_error.max_of_bound <= 1.0, "{:?}", found.t_error);
         assert!(found.first_test.iter().all(|share| share.wrong == 0 && share.saved > 0));
         assert!(found.n_wire_tests > 1000 && found.n_clocked >= 300);
+        assert!(found.wires.iter().all(|wire| wire.seen <= wire.max_magnitude));
         assert!(found.passed());
     }
 
@@ -170,6 +173,7 @@ mod tests {
         let purposes: Vec<Purpose> = found.rays.iter().map(|r| r.purpose).collect();
         assert_eq!(purposes, [Purpose::Primary, Purpose::FormFactor, Purpose::Shadow, Purpose::Specular]);
         assert_eq!(found.rays[0].cast, 24 * 24);
+        assert!(found.wires.iter().all(|wire| wire.seen > 0), "{:?}", found.wires);
         assert!(found.rays.iter().all(|r| r.verified > 0 && r.verified <= r.cast));
         let image = found.image.unwrap();
         assert!(image.rmse_relative < 1e-2 && image.n_pixels == 576, "{image:?}");

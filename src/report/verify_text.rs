@@ -333,6 +333,7 @@ mod tests {
             first_mismatch: None,
             oracle_scope: OracleScope::TestedPatches,
             misclassified: Misclassified { edge: 10, depth_tie: 3, t_step: 2, unexplained: 0 },
+            misclassified_by_purpose: Vec::new(),
             first_unexplained: None,
             t_error: TError { n: 900, median_steps: 0.25, p99_steps: 2.0, max_steps: 8.0, max_of_bound: 0.5 },
             wires: vec![WireMargin { wire: "a", bits: 10, max_magnitude: 512, seen: 64, spare_bits: 2 }],

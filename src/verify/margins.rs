@@ -5,11 +5,15 @@
 //! ```
 //! `t` is that of hits; `end_product` is that of a ray's last cell, and of every cell of a ray that hits nothing: in
 //! between the limit of t is not observed. `cell_product` is the largest of the products that decide the crossing.
+//! Wires of bundles are those of the descriptors of all verified rays; of n x m rays they are largest at a corner.
+//!
+//! Not modelled: the wires of the hemisphere's table and of a direction before its scale is halved once more, which the
+//! datapath keeps to itself; no host casts hemispheres.
 
-use rtl_model::datapath::bundle::BundleWords;
+use rtl_model::datapath::bundle::{BundleWords, JITTER_BITS};
 use rtl_model::datapath::ray_patch::Taps;
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
-use rtl_model::fixed::Formats;
+use rtl_model::fixed::{Formats, Rounding};
 use rtl_model::functional::RayTrace;
 use rtl_model::memory_image::MemoryImage;
 
@@ -29,16 +33,23 @@ pub(super) struct Seen {
     num_shifted: u128,
     den_shifted: u128,
     t: u128,
+    cell_plane: u128,
     cell_num: u128,
     cell_den: u128,
     cell_product: u128,
     cell_num_shifted: u128,
     end_product: u128,
+    tile_product: u128,
     tile_direction: u128,
+    target_direction: u128,
+    fan_product: u128,
+    fan_num: u128,
+    fan_den: u128,
 }
 
 /// Wires that carry no sign.
-const UNSIGNED: [&str; 6] = ["t", "cell_num", "cell_den", "cell_product", "cell_num_shifted", "end_product"];
+const UNSIGNED: [&str; 7] =
+    ["t", "cell_num", "cell_den", "cell_product", "cell_num_shifted", "end_product", "fan_den"];
 
 impl Seen {
     /// The larger of both, wire by wire.
@@ -51,7 +62,7 @@ impl Seen {
     }
 
     /// Every wire with its name in the width table.
-    fn wires(&mut self) -> [(&'static str, &mut u128); 17] {
+    fn wires(&mut self) -> [(&'static str, &mut u128); 23] {
         [
             ("coordinate", &mut self.coordinate),
             ("direction", &mut self.direction),
@@ -64,12 +75,18 @@ impl Seen {
             ("num_shifted", &mut self.num_shifted),
             ("den_shifted", &mut self.den_shifted),
             ("t", &mut self.t),
+            ("cell_plane", &mut self.cell_plane),
             ("cell_num", &mut self.cell_num),
             ("cell_den", &mut self.cell_den),
             ("cell_product", &mut self.cell_product),
             ("cell_num_shifted", &mut self.cell_num_shifted),
             ("end_product", &mut self.end_product),
+            ("tile_product", &mut self.tile_product),
             ("tile_direction", &mut self.tile_direction),
+            ("target_direction", &mut self.target_direction),
+            ("fan_product", &mut self.fan_product),
+            ("fan_num", &mut self.fan_num),
+            ("fan_den", &mut self.fan_den),
         ]
     }
 
@@ -105,7 +122,9 @@ impl Seen {
             raise(&mut self.cell_num_shifted, [num << up]);
             for k in (0..3).filter(|&k| ray.dir[k] != 0) {
                 let plane = i64::from(cell.0[k]) + i64::from(ray.dir[k] > 0);
-                let ahead = (plane << grid.cell_log2(formats)) - cube - i64::from(ray.origin[k]);
+                let plane = (plane << grid.cell_log2(formats)) - cube;
+                let ahead = plane - i64::from(ray.origin[k]);
+                raise(&mut self.cell_plane, [plane.unsigned_abs()]);
                 raise(&mut self.cell_product, [u128::from(ahead.unsigned_abs()) * den]);
             }
             if trace.hit.is_none() || number == trace.cells {
@@ -118,11 +137,41 @@ impl Seen {
 
     /// A descriptor.
     pub fn bundle(&mut self, bundle: &BundleWords) {
-        let BundleWords::Tile { corner, step_u, step_v, n, m, .. } = bundle else { return };
-        for k in 0..3 {
-            let (u, v) = (i64::from(n - 1) * step_u[k], i64::from(m - 1) * step_v[k]);
-            let words = [corner[k], step_u[k], step_v[k], corner[k] + u, corner[k] + v, corner[k] + u + v];
-            raise(&mut self.tile_direction, words.map(i64::unsigned_abs));
+        match bundle {
+            BundleWords::Tile { corner, step_u, step_v, n, m, .. } => {
+                for k in 0..3 {
+                    let (u, v) = (i64::from(n - 1) * step_u[k], i64::from(m - 1) * step_v[k]);
+                    let sums = [corner[k] + u, corner[k] + v, corner[k] + u + v];
+                    raise(&mut self.tile_product, [u, v].map(i64::unsigned_abs));
+                    raise(&mut self.tile_direction, [corner[k], step_u[k], step_v[k]].map(i64::unsigned_abs));
+                    raise(&mut self.tile_direction, sums.map(i64::unsigned_abs));
+                }
+            }
+            BundleWords::Fan { apex, vertices, n, m, jitter } => {
+                let (n, m) = (i128::from(*n), i128::from(*m));
+                let [js, jt] = jitter.map(i128::from);
+                let den = (n * m) << JITTER_BITS;
+                raise(&mut self.fan_den, [den.unsigned_abs()]);
+                for k in 0..3 {
+                    let [v0, v1, v2] = vertices.map(|vertex| i128::from(vertex[k]));
+                    let along_u = [0, n - 1].map(|i| ((i << JITTER_BITS) + js) * (v1 - v0) * m);
+                    let along_v = [0, m - 1].map(|j| ((j << JITTER_BITS) + jt) * (v2 - v0) * n);
+                    raise(&mut self.fan_product, along_u.iter().chain(&along_v).map(|w| w.unsigned_abs()));
+                    for num in along_u.iter().flat_map(|u| along_v.map(|v| v0 * den + u + v)) {
+                        let point = Rounding::NearestEven.divide(num, den);
+                        raise(&mut self.fan_num, [num.unsigned_abs()]);
+                        raise(&mut self.target_direction, [(point - i128::from(apex[k])).unsigned_abs()]);
+                    }
+                }
+            }
+            BundleWords::Targets { apex, points } => {
+                let along = |p: &[i32; 3], k: usize| (i64::from(p[k]) - i64::from(apex[k])).unsigned_abs();
+                raise(
+                    &mut self.target_direction,
+                    points.iter().flat_map(|p| (0..3).map(move |k| along(p, k))),
+                );
+            }
+            BundleWords::Hemisphere { .. } => {}
         }
     }
 
@@ -160,11 +209,31 @@ fn raise_words<'a>(largest: &mut u128, words: impl IntoIterator<Item = &'a [i32;
 mod tests {
     use super::*;
 
+    /// See the module's header.
+    const NOT_OBSERVED: [&str; 4] =
+        ["hemisphere_word", "hemisphere_product", "hemisphere_direction", "direction_rounded"];
+
     #[test]
-    fn margins_have_a_row_for_every_wire_of_the_table() {
+    fn margins_have_a_row_for_every_wire_of_the_table_that_is_observed() {
         let formats = Formats::default();
         let margins = Seen::default().margins(&formats);
-        assert_eq!(margins.len(), formats.width_table().len());
+        let table = formats.width_table();
+        let expected = table.iter().map(|row| row.wire).filter(|wire| !NOT_OBSERVED.contains(wire));
+        assert_eq!(margins.iter().map(|m| m.wire).collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn seen_of_a_fan_at_the_cubes_corners_is_as_by_hand() {
+        let vertices = [[-16, 0, 0], [15, 0, 0], [-16, 8, 0]];
+        let fan = BundleWords::Fan { apex: [15, 0, 1], vertices, n: 2, m: 4, jitter: [2048, 0] };
+        let mut seen = Seen::default();
+        seen.bundle(&fan);
+        assert_eq!(seen.fan_den, 8 * 4096);
+        // Along x: place 3/4 of an edge of 31 words; along y: 3/4 of 8.
+        assert_eq!(seen.fan_product, 31 * 8 * 4096 * 3 / 4);
+        // At x = -16 + 31/4 = -8.25 and 7.25, y = 0 to 6.
+        assert_eq!(seen.fan_num, 33 * 2 * 4096);
+        assert_eq!(seen.target_direction, 23, "from 15 to -8");
     }
 
     #[test]
