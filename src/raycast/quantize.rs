@@ -32,7 +32,7 @@
 use fixed::FixedI32;
 use fixed::types::extra::U24;
 use glam::DVec3;
-use rtl_model::datapath::bundle::{BundleWords, JITTER_BITS, STEP_GUARD_BITS};
+use rtl_model::datapath::bundle::{BundleError, BundleWords, JITTER_BITS, STEP_GUARD_BITS};
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::{FormatError, Formats};
 
@@ -258,7 +258,8 @@ impl Quantizer {
     /// A bundle whose first ray has `index` in its query, in words.
     ///
     /// # Errors
-    /// [`CastError::BadRay`] as for rays, and for targets or fan corners outside the cube, with the ray's index.
+    /// [`CastError::BadRay`] as for rays, and for targets or fan corners outside the cube, with the ray's index. Targets
+    /// and samples that fall on the apex's word are no errors: they become rays of one step.
     pub fn bundle(&self, index: usize, bundle: &RayBundle) -> Result<BundleWords, CastError> {
         check_bundle(index, bundle)?;
         let apex = self.point_of_ray(index, "apex", bundle.apex())?;
@@ -282,21 +283,54 @@ impl Quantizer {
                 BundleWords::Hemisphere { apex, frame, n: *n, m: *m }
             }
             RayBundle::Targets { points, .. } => {
-                let mut words = Vec::with_capacity(points.len());
-                for (i, &p) in points.iter().enumerate() {
-                    words.push(self.point_of_ray(index + i, "target", p)?);
-                }
-                BundleWords::Targets { apex, points: words }
+                BundleWords::Targets { apex, points: self.target_words(index, apex, bundle.apex(), points)? }
             }
+        };
+        // A sample of a fan on the apex's own word: the fan as the list of its samples.
+        let words = match words.validate(&self.formats) {
+            Err(BundleError::Direction { dir: [0, 0, 0], .. })
+                if matches!(words, BundleWords::Fan { .. }) =>
+            {
+                let described = as_described(bundle);
+                let ends = (0..described.n_rays()).map(|i| described.ray(i).at(1.0));
+                let points: Vec<DVec3> = ends.collect();
+                BundleWords::Targets { apex, points: self.target_words(index, apex, bundle.apex(), &points)? }
+            }
+            _ => words,
         };
         words.validate(&self.formats).map_err(|error| {
             let ray = match &error {
-                rtl_model::datapath::bundle::BundleError::Direction { ray, .. } => *ray,
+                BundleError::Direction { ray, .. } => *ray,
                 _ => 0,
             };
             CastError::BadRay { index: index + ray, what: error.to_string() }
         })?;
         Ok(words)
+    }
+
+    /// The words of targets. One on the apex's own word would be no ray: it is moved by one step along the largest
+    /// component of its true direction, so it ends within 2 u_F + u_F of its place, under the fan's 4 u_F.
+    fn target_words(
+        &self,
+        index: usize,
+        apex_words: [i32; 3],
+        apex: DVec3,
+        points: &[DVec3],
+    ) -> Result<Vec<[i32; 3]>, CastError> {
+        let limit = 1 << self.formats.coord_frac_bits;
+        let words = |(i, &point): (usize, &DVec3)| {
+            let mut words = self.point_of_ray(index + i, "target", point)?;
+            if words == apex_words {
+                let toward = point - apex;
+                let axis = toward.abs().max_position();
+                let step = if toward[axis] < 0.0 { -1 } else { 1 };
+                // At the cube's face there is room on the other side only.
+                let moved = words[axis] + step;
+                words[axis] = if (-limit..limit).contains(&moved) { moved } else { words[axis] - step };
+            }
+            Ok(words)
+        };
+        points.iter().enumerate().map(words).collect()
     }
 
     /// The board's nearest hit of an explicit ray, in the host's terms.
@@ -359,6 +393,16 @@ impl Quantizer {
             exponent += 1;
         }
     }
+}
+
+/// The bundle with a fan's place in its strata as its descriptor has it.
+pub(crate) fn as_described(bundle: &RayBundle) -> RayBundle {
+    let mut described = bundle.clone();
+    if let RayBundle::Fan { jitter, .. } = &mut described {
+        let one = f64::from(1u32 << JITTER_BITS);
+        *jitter = jitter.map(|place| (place * one).floor() / one);
+    }
+    described
 }
 
 /// 6 u_F + 4 u_D + 2 u_T, in half cubes.

@@ -54,7 +54,7 @@ fn point_outside_the_cube_has_no_words_and_its_ray_is_refused_with_index_and_pla
     }
     let targets = RayBundle::Targets { apex: DVec3::ZERO, points: vec![DVec3::ONE, outside] };
     assert!(matches!(q.bundle(4, &targets), Err(CastError::BadRay { index: 5, .. })));
-    let same = RayBundle::Targets { apex: DVec3::ZERO, points: vec![DVec3::ONE, DVec3::splat(1e-12)] };
+    let same = RayBundle::Targets { apex: DVec3::ZERO, points: vec![DVec3::ONE, DVec3::ZERO] };
     assert!(matches!(q.bundle(4, &same), Err(CastError::BadRay { index: 5, .. })));
 }
 
@@ -244,4 +244,26 @@ proptest! {
         let [Some(front), Some(back)] = hits else { panic!("{hits:?}") };
         prop_assert!(front.t < back.t);
     }
+}
+
+#[test]
+fn bundle_with_ends_on_the_apex_word_becomes_rays_of_one_step_toward_them() {
+    let q = Quantizer::new(&formats(8, 16, 16), &[], &[DVec3::splat(-0.9), DVec3::splat(0.9)]).unwrap();
+    let step = q.half_m() / 256.0;
+    let apex = q.dequantize([10, -20, 30]);
+    let near = [DVec3::new(0.1, -0.3, 0.2), DVec3::new(0.4, 0.1, -0.2)].map(|part| apex + step * part);
+    let targets = RayBundle::Targets { apex, points: vec![near[0], near[1], apex + DVec3::X * 0.5] };
+    let BundleWords::Targets { points, .. } = q.bundle(0, &targets).unwrap() else { panic!("targets") };
+    assert_eq!(points[..2], [[10, -21, 30], [11, -20, 30]]);
+    // A fan over those places, 2 x 1 strata: its samples are listed instead.
+    let edge_u = near[1] - near[0];
+    let fan =
+        RayBundle::Fan { apex, corner: near[0], edge_u, edge_v: DVec3::ZERO, n: 2, m: 1, jitter: [0.0; 2] };
+    let words = q.bundle(0, &fan).unwrap();
+    assert_eq!(words.validate(q.formats()), Ok(()));
+    assert!(matches!(&words, BundleWords::Targets { points, .. } if points[0] == [10, -21, 30]), "{words:?}");
+    // Farther away a fan stays one.
+    let corner = apex + DVec3::X * 0.2;
+    let fan = RayBundle::Fan { apex, corner, edge_u, edge_v: DVec3::Y * 0.1, n: 2, m: 2, jitter: [0.5; 2] };
+    assert!(matches!(q.bundle(0, &fan).unwrap(), BundleWords::Fan { .. }));
 }

@@ -17,18 +17,19 @@
 //! | hemisphere | u_D (1 + 2 (sqrt 3 + 2^-D) 2^-s) | the same | table and frame rounded: sums of three products of unit vectors |
 //! | targets | u_D | u_D + 2 u_F 2^-s | apex and point move by u_F; between them the line moves no farther |
 //! | fan | u_D + 3 u_F 2^-s | u_D + 5 u_F 2^-s | the sample moves by 4 u_F, see `quantize.rs` |
+//! | targets one step away | as fan | as fan | the point may have been moved off the apex's word |
 //!
 //! Not modelled: f64's own rounding, which [`super::causes`] adds.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use rtl_model::datapath::RayWords;
-use rtl_model::datapath::bundle::{BundleWords, HEMISPHERE_LOG2, JITTER_BITS, STEP_GUARD_BITS};
+use rtl_model::datapath::bundle::{BundleWords, HEMISPHERE_LOG2, STEP_GUARD_BITS};
 
 use super::PurposeRays;
 use super::subject::Subject;
 use crate::geom::Ray;
-use crate::raycast::quantize::Quantizer;
+use crate::raycast::quantize::{Quantizer, as_described};
 use crate::raycast::recording::{GroupRays, RecordedGroup};
 use crate::raycast::{CastError, Purpose, RayBundle, cosine_direction, spun_frame};
 
@@ -121,7 +122,10 @@ fn quantise_group(
             let described = as_described(bundle);
             let quantised = |i: usize| {
                 let words = subject.expand(&descriptor, i);
-                let per_raw = 0.5_f64.powi(descriptor.scaled_ray(formats, i).1);
+                let scale = descriptor.scaled_ray(formats, i).1;
+                let per_raw = 0.5_f64.powi(scale);
+                // L = 1: the raw direction is one step long.
+                let one_step = 1 - formats.coord_frac_bits as i32;
                 let (slope, stretch) = match &descriptor {
                     BundleWords::Tile { n, .. } => {
                         let steps = 1 + i as u32 % n + i as u32 / n;
@@ -132,10 +136,17 @@ fn quantise_group(
                         let sums = 2.0 * (3f64.sqrt() + 0.5_f64.powi(formats.dir_frac_bits as i32));
                         (u_d * (1.0 + sums * per_raw), u_d * (1.0 + sums * per_raw))
                     }
-                    BundleWords::Targets { .. } => (u_d, u_d + 2.0 * u_f * per_raw),
-                    BundleWords::Fan { .. } => (u_d + 3.0 * u_f * per_raw, u_d + 5.0 * u_f * per_raw),
+                    BundleWords::Targets { .. } if scale != one_step => (u_d, u_d + 2.0 * u_f * per_raw),
+                    BundleWords::Targets { .. } | BundleWords::Fan { .. } => {
+                        (u_d + 3.0 * u_f * per_raw, u_d + 5.0 * u_f * per_raw)
+                    }
                 };
-                verified(quantizer, ray_of(&described, i), words, slope, stretch)
+                let mut ray = verified(quantizer, ray_of(&described, i), words, slope, stretch);
+                // Raw directions to points have the host's length, and short ones are not just rounded.
+                if matches!(descriptor, BundleWords::Targets { .. } | BundleWords::Fan { .. }) {
+                    ray.t_scale = 2f64.powi(scale);
+                }
+                ray
             };
             Ok(((0..group.take).map(quantised).collect(), Some(descriptor)))
         }
@@ -157,16 +168,6 @@ pub(super) fn board_length(dir: [i32; 3], dir_frac_bits: u32) -> f64 {
 /// sqrt(3)/2 2^-bits: the largest distance from a point to its word, in half cubes.
 pub(super) fn unit_error(bits: u32) -> f64 {
     0.5 * 3f64.sqrt() * 0.5_f64.powi(bits as i32)
-}
-
-/// The bundle with its place in the strata as the descriptor has it.
-fn as_described(bundle: &RayBundle) -> RayBundle {
-    let mut described = bundle.clone();
-    if let RayBundle::Fan { jitter, .. } = &mut described {
-        let one = f64::from(1u32 << JITTER_BITS);
-        *jitter = jitter.map(|place| (place * one).floor() / one);
-    }
-    described
 }
 
 /// Ray `i` in f64; of a hemisphere, along the table's entry.
