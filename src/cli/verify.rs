@@ -19,7 +19,7 @@ use crate::frame::{self, Verified};
 use crate::image::{OutputError, OutputFiles};
 use crate::report::{self, Findings, SceneFacts, SweepReport, SweepRow, Timings, VerifyReport};
 use crate::vectors::{self, VectorsFormat};
-use crate::verify::{Mismatch, VerifyOptions};
+use crate::verify::{Compared, Mismatch, Model, VerifyOptions};
 
 /// Where the first mismatch goes unless another place is named.
 const MISMATCH_FILE: &str = "radeng-mismatch.csv";
@@ -157,6 +157,10 @@ impl Session<'_> {
             }
         }
         let found = &verified.verification;
+        if found.n_rays() == 0 {
+            let what = format!("{}: the scene casts no rays, nothing to verify", args.scene.display());
+            return Err(CliError::Usage(what));
+        }
         if found.misclassified.unexplained > 0 {
             let n = found.misclassified.unexplained;
             self.warnings
@@ -191,6 +195,15 @@ impl Session<'_> {
                     "\nwritten    {0}\nreplay     radeng simulate --rays {0}{board}\n",
                     path.display()
                 );
+                // The file holds one explicit ray.
+                let beyond = match (&first.mismatch.compared, first.mismatch.model) {
+                    (Compared::BundleRay { .. }, _) => {
+                        "the bundle generator, which an explicit ray does not use"
+                    }
+                    (_, Model::Clocked) => "the clocked board with a bundle's other rays around this one",
+                    _ => return text,
+                };
+                let _ = writeln!(text, "           may find nothing wrong: the fault showed in {beyond}");
             }
             Err(e) => self.warnings.push(format!("the first mismatch could not be written: {e}")),
         }

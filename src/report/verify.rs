@@ -209,10 +209,7 @@ pub fn describe(compared: &Compared) -> String {
             format!("the hit bit: board {}, oracle {}", answer(*board), answer(*oracle))
         }
         Compared::TestHit => "the result of one test".to_owned(),
-        Compared::Wire(w) => format!(
-            "wire {} {}, component {}: board {}, oracle {}",
-            w.wire, w.number, w.component, w.board, w.oracle
-        ),
+        Compared::Wire(w) => format!("wire {}: board {}, oracle {}", w.wire, w.board, w.oracle),
     }
 }
 

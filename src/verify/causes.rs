@@ -19,8 +19,9 @@
 //! ```text
 //! |error| <= eps(t) / |cos| + stretch t + (1/2 or 1) 2^-T |d|
 //! ```
-//! For a quad the plane is that of the triangle that software met; what its fourth corner stands off that plane is
-//! added to eps, since the board may have met the other triangle.
+//! For a quad the plane is that of its triangle whose plane the ray meets nearest to t; board and software may each have
+//! met the other triangle, so twice what its corners stand off that plane is added to eps. eps is taken at the t of
+//! the answer at hand, not at the exact one: a difference of second order.
 //!
 //! # Causes
 //! Let the answers be A (software, or none) and B (board, or none), A != B. On the way, A ceased to be hit in the
@@ -35,8 +36,8 @@
 //! - **t step**: a hit of either lies within its bound of t = 0 or of the end of the range, or between the host's end
 //!   and the board's.
 //!
-//! They are tried in this order; so there is always one, and a ray without is a fault of the board, of software or of
-//! this derivation.
+//! They are tried in this order. A ray without any is a fault of the board or of software, or of this derivation, which
+//! looks for the fold of a bent quad at the two ends only.
 //!
 //! # Rounded products
 //! With K < 2F kept bits a component of an edge normal is off by at most r = 2^-K / 2 (to nearest) or 2^-K (down), an
@@ -176,7 +177,7 @@ impl<'a> Bounds<'a> {
                 true => f64::INFINITY,
                 false => 0.0,
             };
-            along = (self.eps_0 + ray.slope * t + bend + tilted) / cosine;
+            along = (self.eps_0 + ray.slope * t + 2.0 * bend + tilted) / cosine;
         }
         along + ray.stretch * t + self.t_rounding * board_length(ray.words.dir, self.formats.dir_frac_bits)
     }

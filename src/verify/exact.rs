@@ -70,24 +70,19 @@ impl Both {
     /// Traces the ray on the board and asks the oracle; of an any-hit ray over all patches not even that.
     pub fn trace(subject: &impl Subject, oracle: &Oracle, ray: &RayWords, any_hit: bool) -> Both {
         let over_tested = scope(oracle.formats()) == OracleScope::TestedPatches;
-        let mut of_tested = None;
+        let mut tested: Vec<PatchWords> = Vec::new();
         let trace = subject.trace(ray, any_hit, &mut |patch, _| {
             if over_tested {
-                of_tested = nearer(of_tested, oracle::intersect(oracle.formats(), ray, patch));
+                tested.push(*patch);
             }
         });
         let oracle = match (over_tested, any_hit) {
-            (true, _) => of_tested,
+            (true, _) => oracle.nearest_of(ray, &tested),
             (false, false) => oracle.nearest(ray),
             (false, true) => None,
         };
         Both { board: trace.hit, oracle, n_tests: trace.tests }
     }
-}
-
-/// The smaller (t, id), written apart from the datapath's.
-fn nearer(a: Option<HitWords>, b: Option<HitWords>) -> Option<HitWords> {
-    [a, b].into_iter().flatten().min_by_key(|hit| (hit.t, hit.patch))
 }
 
 /// The oracle's hit bit of a ray: by its own search, or over the patches that the board tested.

@@ -7,6 +7,7 @@ use rtl_model::datapath::bundle::BundleWords;
 use rtl_model::datapath::ray_patch::{Taps, taps};
 use rtl_model::functional::{RayTrace, trace, trace_observed};
 use rtl_model::memory_image::MemoryImage;
+use rtl_model::oracle::WireName;
 
 use super::*;
 
@@ -19,6 +20,8 @@ struct Faulty<'a> {
     bit_of: Option<RayWords>,
     /// The lowest bit of edge value 2 of tests with this patch is turned over.
     edge_value_of: Option<u32>,
+    /// The lowest bit of the divisor of tests with this patch is turned over.
+    divisor_of: Option<u32>,
     /// Ray 3 of hemispheres leans aside by a step.
     bundle_ray: bool,
     /// The dual-precision unit never hits.
@@ -34,6 +37,7 @@ impl<'a> Faulty<'a> {
             t_of: None,
             bit_of: None,
             edge_value_of: None,
+            divisor_of: None,
             bundle_ray: false,
             blind_unit: false,
             clocked: false,
@@ -72,6 +76,9 @@ impl Subject for Faulty<'_> {
         if self.edge_value_of == Some(patch.id) {
             taps.e[2] ^= 1;
         }
+        if self.divisor_of == Some(patch.id) {
+            taps.triangles.iter_mut().flatten().take(1).for_each(|triangle| triangle.den_shifted ^= 1);
+        }
         taps
     }
     fn dual_precision(&self, bits: u32, ray: &RayWords, patch: &PatchWords) -> Option<HitWords> {
@@ -98,8 +105,7 @@ fn verify_a_board_with_one_wrong_t_names_the_ray_both_answers_and_the_patches() 
     let fixture = fixture(11, Formats::default(), 60, 4);
     let rays = fixture.rays();
     let hits = |ray: &RayWords| trace(fixture.image(), ray, false).hit;
-    let (index, (purpose, any_hit, ray)) =
-        rays.iter().enumerate().rfind(|(_, (_, any, ray))| !any && hits(ray).is_some()).unwrap();
+    let (_, _, ray) = rays.iter().rfind(|(_, any, ray)| !any && hits(ray).is_some()).unwrap();
     let true_hit = hits(ray).unwrap();
     let found = fixture.verify(&Faulty { t_of: Some(*ray), ..Faulty::none(fixture.image()) }, 0);
     // Explicit rays are asked for the nearest and for any hit.
@@ -111,9 +117,7 @@ fn verify_a_board_with_one_wrong_t_names_the_ray_both_answers_and_the_patches() 
     assert_eq!((first.compared, first.model), (Compared::NearestHit, Model::Functional));
     assert_eq!(first.index, earlier as u64);
     assert_eq!(first.ray, *ray);
-    if earlier == index {
-        assert_eq!((first.purpose, first.any_hit), (*purpose, *any_hit));
-    }
+    assert_eq!((first.purpose, first.any_hit), (rays[earlier].0, rays[earlier].1));
     assert_eq!(first.oracle, Some(true_hit));
     assert_eq!(first.board, Some(HitWords { t: true_hit.t + 1, ..true_hit }));
     assert_eq!(first.patches[0].id, true_hit.patch);
@@ -157,11 +161,16 @@ fn verify_a_board_with_a_wrong_edge_value_names_the_wire_with_both_values() {
     assert_eq!(found.n_mismatches, n_tests);
     let first = found.first_mismatch.unwrap();
     let Compared::Wire(wire) = first.compared else { panic!("{:?}", first.compared) };
-    assert_eq!((wire.wire, wire.number, wire.component), ("e", 2, 0));
+    assert_eq!(wire.wire, WireName::E(2));
     assert_eq!(wire.board, wire.oracle ^ 1);
     assert_eq!(first.patches[0].id, id);
     let exact = taps(&fixture.image().formats, &first.ray, &first.patches[0]);
     assert_eq!(wire.oracle, exact.e[2]);
+    // The last wire of a test too: every wire is compared.
+    let found = fixture.verify(&Faulty { divisor_of: Some(id), ..Faulty::none(fixture.image()) }, 0);
+    assert_eq!(found.n_mismatches, n_tests);
+    let Compared::Wire(wire) = found.first_mismatch.unwrap().compared else { panic!("a wire") };
+    assert_eq!(wire.wire, WireName::DenShifted(0));
 }
 
 #[test]

@@ -13,6 +13,7 @@
 
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
+use rtl_model::oracle::WireDifference;
 use serde::Serialize;
 
 use crate::image::Difference;
@@ -107,21 +108,6 @@ pub enum Compared {
     TestHit,
     /// A wire of one ray x patch test, with the first of `Mismatch::patches`.
     Wire(WireDifference),
-}
-
-/// The first wire of a test on which board and oracle differ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WireDifference {
-    /// Which wire, as in the width table, or `inside`.
-    pub wire: &'static str,
-    /// Which of them: corner, edge or triangle.
-    pub number: usize,
-    /// Its component; 0 of a scalar.
-    pub component: usize,
-    /// The board's value.
-    pub board: i128,
-    /// The oracle's.
-    pub oracle: i128,
 }
 
 /// A ray on which board and oracle differ.
@@ -280,8 +266,8 @@ impl Verification {
         self.rays.iter().map(|r| r.verified).sum()
     }
 
-    /// No mismatch with the oracle, and no wrong answer of a first test.
+    /// Something was compared, no mismatch with the oracle, and no wrong answer of a first test.
     pub fn passed(&self) -> bool {
-        self.n_mismatches == 0 && self.first_test.iter().all(|share| share.wrong == 0)
+        self.n_rays() > 0 && self.n_mismatches == 0 && self.first_test.iter().all(|share| share.wrong == 0)
     }
 }

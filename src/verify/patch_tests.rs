@@ -8,15 +8,14 @@
 
 use rayon::prelude::*;
 use rtl_model::datapath::first_test::{FirstTest, first_test, narrow_inside};
-use rtl_model::datapath::ray_patch::Taps;
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
-use rtl_model::oracle::{self, Wires};
+use rtl_model::oracle;
 
 use super::exact::{Answer, Both, Found, mismatch};
 use super::margins::Seen;
 use super::rays::{Group, Rays};
 use super::subject::Subject;
-use super::{Compared, FirstTestShare, Model, WireDifference};
+use super::{Compared, FirstTestShare, Model};
 use crate::sampling::mix;
 
 /// Most tests whose wires are compared.
@@ -137,7 +136,7 @@ fn check_test(
     let taps = subject.taps(ray, patch);
     tests.seen.test(ray, patch, &taps, hit);
     let expected = oracle::intersect(formats, ray, patch);
-    let differs = match first_difference(&taps, &oracle::wires(formats, ray, patch)) {
+    let differs = match oracle::wires(formats, ray, patch).difference(&taps) {
         Some(wire) => Some(Compared::Wire(wire)),
         None => (hit != expected).then_some(Compared::TestHit),
     };
@@ -165,31 +164,4 @@ fn check_test(
         share.wrong += u64::from(wrong || (first == FirstTest::Inside && !inside));
         share.narrow_wrong += u64::from(narrow_inside(formats, share.bits, ray, patch) != inside);
     }
-}
-
-/// The first wire on which the two differ, in the order in which a test computes them.
-fn first_difference(board: &Taps, oracle: &Wires) -> Option<WireDifference> {
-    let differs = |wire, number, component, board: i128, oracle: i128| {
-        (board != oracle).then_some(WireDifference { wire, number, component, board, oracle })
-    };
-    let vectors = |wire, number, board: [i128; 3], oracle: [i128; 3]| {
-        (0..3).find_map(|k| differs(wire, number, k, board[k], oracle[k]))
-    };
-    let corners = || (0..4).find_map(|i| vectors("a", i, board.a[i].map(wide), oracle.a[i].map(wide)));
-    let normals = || (0..5).find_map(|i| vectors("c", i, board.c[i].map(wide), oracle.c[i]));
-    let values = || (0..5).find_map(|i| differs("e", i, 0, board.e[i], oracle.e[i]));
-    let triangles = || {
-        (0..2).find_map(|i| match (&board.triangles[i], &oracle.triangles[i]) {
-            (Some(b), Some(o)) => differs("inside", i, 0, b.inside.into(), o.inside.into())
-                .or_else(|| vectors("n", i, b.n.map(wide), o.n))
-                .or_else(|| differs("den", i, 0, b.den, o.den))
-                .or_else(|| differs("num", i, 0, b.num, o.num)),
-            (b, o) => differs("triangle", i, 0, b.is_some().into(), o.is_some().into()),
-        })
-    };
-    corners().or_else(normals).or_else(values).or_else(triangles)
-}
-
-fn wide(word: i64) -> i128 {
-    i128::from(word)
 }

@@ -1,6 +1,6 @@
 //! Long runs, ignored by default: plain seeded words through the same classes, on all threads.
 //!
-//! `PAIRS_SEED=N` chooses another seed than 1. A mismatch names its stream and prints the pair with all wires.
+//! `PAIRS_SEED=N` chooses another seed than 1. A mismatch names its seed and place and prints the pair with all wires.
 
 use std::thread;
 use std::time::Instant;
@@ -18,23 +18,28 @@ fn seed() -> u64 {
     std::env::var("PAIRS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
 }
 
+/// Pairs of one stream of words: which pairs a run has does not depend on the number of threads.
+const BLOCK: u64 = 1 << 12;
+
 /// Pairs built by turns from the classes; what they were, and the first mismatch of each thread.
 fn run(seed: u64, pairs: u64, build: impl Fn(u64, &Words) -> (Formats, Pair) + Sync) -> (Tally, Vec<String>) {
-    let threads = thread::available_parallelism().map_or(1, |count| count.get() as u64);
+    let threads = thread::available_parallelism().map_or(1, |count| count.get());
     let (mut sum, mut mismatches) = (Tally::default(), Vec::new());
     thread::scope(|scope| {
         let workers: Vec<_> = (0..threads)
             .map(|worker| {
                 let build = &build;
                 scope.spawn(move || {
-                    // Streams of SplitMix64 from well-spread states.
-                    let stream = (seed << 16 | worker).wrapping_mul(0xd134_2543_de82_ef95);
-                    let (mut words, mut tally) = (SplitMix::new(stream), Tally::default());
-                    for n in (worker..pairs).step_by(threads as usize) {
-                        let (formats, pair) = build(n, &words.words());
-                        if let Err(mismatch) = check(&formats, &pair, &mut tally) {
-                            let place = format!("seed {seed}, thread {worker} of {threads}, pair {n}");
-                            return (tally, Some(format!("{place}\n{mismatch}")));
+                    let mut tally = Tally::default();
+                    for block in (0..pairs.div_ceil(BLOCK)).skip(worker).step_by(threads) {
+                        // Streams of SplitMix64 from well-spread states.
+                        let stream = (seed << 32 | block).wrapping_mul(0xd134_2543_de82_ef95);
+                        let mut words = SplitMix::new(stream);
+                        for n in block * BLOCK..((block + 1) * BLOCK).min(pairs) {
+                            let (formats, pair) = build(n, &words.words());
+                            if let Err(mismatch) = check(&formats, &pair, &mut tally) {
+                                return (tally, Some(format!("seed {seed}, pair {n}\n{mismatch}")));
+                            }
                         }
                     }
                     (tally, None)

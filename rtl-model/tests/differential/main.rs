@@ -21,6 +21,7 @@
 
 mod agreement;
 mod cases;
+mod divided;
 mod draw;
 mod long_runs;
 mod properties;
