@@ -20,7 +20,7 @@
 
 use super::RayWords;
 use super::hemisphere;
-use crate::fixed::{Formats, Rounding, index};
+use crate::fixed::{Formats, Rounding, clamp_to_i64, index};
 use crate::packet::MAX_BUNDLE_RAYS;
 
 pub use super::hemisphere::HEMISPHERE_LOG2;
@@ -243,7 +243,7 @@ impl BundleWords {
                     // One denominator n m 2^J for all, so that the point is rounded once: under 2^49.
                     let den = (n * m) << JITTER_BITS;
                     let num = v0 * den + along_u * (v1 - v0) * m + along_v * (v2 - v0) * n;
-                    let point = narrow(Rounding::NearestEven.divide(i128::from(num), i128::from(den)));
+                    let point = clamp_to_i64(Rounding::NearestEven.divide(i128::from(num), i128::from(den)));
                     point - i64::from(apex[k])
                 });
                 RawDirection { raw, frac_bits: formats.coord_frac_bits, ends_at_point: true }
@@ -273,9 +273,7 @@ fn place(i: usize, n: u32) -> (i64, i64) {
 
 /// The table place at or just below the centre of stratum `place` of `n`: floor((2 place + 1) 64 / (2 n)).
 fn nearest_entry(place: i64, n: u32) -> u32 {
-    let last = (1 << HEMISPHERE_LOG2) - 1;
-    let entry = (((2 * place + 1) << HEMISPHERE_LOG2) / (2 * i64::from(n.max(1)))).clamp(0, last);
-    u32::try_from(entry).unwrap_or(0)
+    u32::try_from(((2 * place + 1) << HEMISPHERE_LOG2) / (2 * i64::from(n.max(1)))).unwrap_or(0)
 }
 
 /// Largest magnitude of three words.
@@ -299,12 +297,7 @@ fn normalise(raw: [i64; 3], dir_frac_bits: u32) -> ([i32; 3], u32) {
 /// raw 2^(kept - length), rounded.
 fn round_to_bits(raw: [i64; 3], length_log2: u32, kept: u32) -> [i64; 3] {
     let (left, right) = (kept.saturating_sub(length_log2), length_log2.saturating_sub(kept));
-    raw.map(|word| narrow(Rounding::NearestEven.shift_right(i128::from(word) << left, right)))
-}
-
-/// Narrows to 64 bits: lossless for words that are not longer than the 64-bit ones they were made of.
-fn narrow(value: i128) -> i64 {
-    i64::try_from(value).unwrap_or(if value < 0 { i64::MIN } else { i64::MAX })
+    raw.map(|word| clamp_to_i64(Rounding::NearestEven.shift_right(i128::from(word) << left, right)))
 }
 
 /// a - b of two bit counts.

@@ -155,6 +155,28 @@ fn validate_each_fault_is_named() {
     assert_eq!(tile([0; 3], 1, 1).validate(&formats), Err(zero.clone()));
     let word = |field, value, min, max| Err(BundleError::Word { field, value, min, max });
     assert_eq!(tile([1 << 17, 0, 0], 1, 1).validate(&formats), word("corner", 1 << 17, -131_071, 131_071));
+    // A tile's sum may take its largest word, and no more.
+    let sum = |step: i64| BundleWords::Tile {
+        apex,
+        corner: [-131_071, 1, 0],
+        step_u: [step, 0, 0],
+        step_v: [0; 3],
+        n: 3,
+        m: 1,
+    };
+    assert_eq!(sum(131_071).validate(&formats), Ok(()));
+    let tall = |step: i64| BundleWords::Tile {
+        apex,
+        corner: [1, 131_070, 0],
+        step_u: [0, step, 0],
+        step_v: [0; 3],
+        n: 2,
+        m: 1,
+    };
+    assert_eq!(tall(1).validate(&formats), Ok(()));
+    let long = |ray, y| Err(BundleError::Direction { ray, dir: [1, y, 0] });
+    assert_eq!(tall(2).validate(&formats), long(1, 131_072));
+    assert_eq!(tall(1000).validate(&formats), long(1, 132_070));
     let points = vec![[5, 5, 256]];
     assert_eq!(BundleWords::Targets { apex, points }.validate(&formats), word("point", 256, -256, 255));
     let none = BundleWords::Targets { apex, points: Vec::new() };

@@ -45,7 +45,7 @@
 //! wide. `tests/watertight.rs` checks all this, `examples/leak_rates.rs` measures what rounding loses.
 
 use super::{Facing, HitWords, PatchWords, RayWords};
-use crate::fixed::Formats;
+use crate::fixed::{Formats, clamp_to_i64};
 
 /// Edges of a quad in the order of [`Taps::c`] and [`Taps::e`].
 const EDGE_01: usize = 0;
@@ -101,13 +101,8 @@ fn edge_normal(formats: &Formats, p: [i64; 3], q: [i64; 3]) -> [i64; 3] {
     let exact = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
     match formats.cross_drop() {
         0 => exact,
-        drop => exact.map(|word| narrow(formats.rounding.shift_right(i128::from(word), drop))),
+        drop => exact.map(|word| clamp_to_i64(formats.rounding.shift_right(i128::from(word), drop))),
     }
-}
-
-/// Narrows a shifted 64-bit value back to 64 bits: lossless, as shifting right only makes it smaller.
-fn narrow(value: i128) -> i64 {
-    i64::try_from(value).unwrap_or(if value < 0 { i64::MIN } else { i64::MAX })
 }
 
 /// e = c . d: K + D + 6 bits, from products of 64 x 32 bits.

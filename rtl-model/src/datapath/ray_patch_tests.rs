@@ -162,14 +162,6 @@ proptest! {
     }
 }
 
-#[test]
-fn narrow_words_at_and_beyond_64_bits_keep_or_clamp() {
-    let ends = [i64::MIN, -1, 0, 1, i64::MAX];
-    assert_eq!(ends.map(|word| narrow(i128::from(word))), ends);
-    assert_eq!([i128::MIN, i128::from(i64::MIN) - 1].map(narrow), [i64::MIN; 2]);
-    assert_eq!([i128::MAX, i128::from(i64::MAX) + 1].map(narrow), [i64::MAX; 2]);
-}
-
 /// A ray from `origin` toward the middle of two points.
 fn aim(formats: &Formats, origin: [i32; 3], p: [i32; 3], q: [i32; 3]) -> Option<RayWords> {
     let toward = [0, 1, 2].map(|k| i64::from(p[k]) + i64::from(q[k]) - 2 * i64::from(origin[k]));

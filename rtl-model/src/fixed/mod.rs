@@ -15,4 +15,4 @@ mod words;
 pub use formats::{FormatError, Formats};
 pub use rounding::Rounding;
 pub use width_table::WireWidth;
-pub(crate) use words::{clamp_to_u8, index, round_to_word, word_count};
+pub(crate) use words::{clamp_to_i64, clamp_to_u8, index, round_to_word, word_count};
