@@ -83,6 +83,16 @@ fn scene(name: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
+/// Every word stands in the text, one behind the other.
+fn in_order(text: &str, words: &[&str]) {
+    let mut rest = text;
+    for word in words {
+        let at = rest.find(word);
+        assert!(at.is_some(), "'{word}' is missing, or before the others, in\n{text}");
+        rest = &rest[at.unwrap_or(0) + word.len()..];
+    }
+}
+
 /// Few rays, a small picture, a coarse mesh.
 const SMALL: [&str; 14] = [
     "--elements",
@@ -114,6 +124,7 @@ ray,nearest,0,0,0,0,0,255,1024,50,3,back
 ray,any,0,0,-200,0,0,255,1024,hit
 ray,nearest,0,0,0,0,0,-255,1024,miss
 ray,any,0,0,0,255,0,0,3
+end,2,4,0
 ";
 
 #[test]
@@ -228,7 +239,9 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
     let scene = scene("point-room");
     place.exits(0, &verify(&scene, &["--no-image", "--vectors", "v.csv", "--vector-rays", "60"]));
     let run = place.exits(0, &["simulate", "--rays", "v.csv", "--board", "minimal", "--report", "r.json"]);
-    assert!(run.stdout.contains("all 60 rays hold"), "{}", run.stdout);
+    assert!(run.stdout.contains("passed     60 of 60 rays hold, "), "{}", run.stdout);
+    assert!(run.stdout.contains("single tests hold; 60 of 60 expected answers\n"), "{}", run.stdout);
+    assert!(run.stdout.contains(", the file's\n"), "{}", run.stdout);
     assert!(run.stdout.contains("share of the cycles by cause"), "{}", run.stdout);
     let report = place.json("r.json");
     assert_eq!((&report["schema"], &report["workload"]), (&"radeng/simulate/1".into(), &"vectors".into()));
@@ -241,7 +254,7 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
     // The binary file is the same, and runs as well.
     place.exits(0, &verify(&scene, &["--no-image", "--vectors", "v.rvec", "--vector-rays", "60"]));
     let binary = place.exits(0, &["simulate", "--rays", "v.rvec", "--board", "minimal"]);
-    assert!(binary.stdout.contains("all 60 rays hold"), "{}", binary.stdout);
+    assert!(binary.stdout.contains("passed     60 of 60 rays hold, "), "{}", binary.stdout);
 
     // One unit of t of one nearest-hit ray.
     let text = place.text("v.csv");
@@ -252,7 +265,8 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
     fields[9] = (fields[9].parse::<u64>().unwrap() ^ 1).to_string();
     place.write("wrong.csv", text.replacen(line, &fields.join(","), 1));
     let run = place.exits(1, &["simulate", "--rays", "wrong.csv", "--board", "minimal"]);
-    assert!(run.stdout.contains("1 OF 60 rays DO NOT HOLD"), "{}", run.stdout);
+    assert!(run.stdout.contains("FAILED     1 of 60 rays does not hold, "), "{}", run.stdout);
+    in_order(&run.stdout, &["FAILED", "first wrong answer", "again ", "share of the cycles by cause"]);
     assert!(run.stdout.contains(&format!("first wrong answer: ray {number} of the file")), "{}", run.stdout);
     for word in [
         "board, clocked",
@@ -269,6 +283,10 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
     fields[5 + 27] = (fields[5 + 27].parse::<i128>().unwrap() + 1).to_string();
     place.write("wire.csv", text.replacen(line, &fields.join(","), 1));
     let run = place.exits(1, &["simulate", "--rays", "wire.csv", "--board", "minimal"]);
+    let n_tests = text.lines().filter(|l| l.starts_with("test,")).count();
+    let failed = format!("FAILED     60 of 60 rays hold, 1 of {n_tests} single tests does not");
+    assert!(run.stdout.contains(&failed), "{}", run.stdout);
+    in_order(&run.stdout, &["FAILED", "first wrong answer", "again ", "share of the cycles by cause"]);
     assert!(run.stdout.contains("first wrong answer: test 0 of the file"), "{}", run.stdout);
     let differing: Vec<&str> = run.stdout.lines().filter(|l| l.ends_with("<-- differ")).collect();
     assert_eq!(differing.len(), 1, "{}", run.stdout);
@@ -295,13 +313,61 @@ fn simulate_of_small_vectors_tells_what_holds_and_which_formats_it_takes() {
 }
 
 #[test]
+fn simulate_of_vectors_without_answers_says_that_nothing_was_expected() {
+    let place = Place::new();
+    let questions = "vectors,1\nformats,24,24,24,48,nearest-even\ngrid,3\npatch,7,triangle,-10,-10,100,10,-10,100,0,20,100\n\
+        ray,nearest,0,0,0,0,0,255,1024\nray,any,0,0,0,255,0,0,3\nend,1,2,0\n";
+    place.write("v.csv", questions);
+    let run = place.exits(0, &["simulate", "--rays", "v.csv"]);
+    assert!(run.stdout.contains("0 of 0 expected"), "{}", run.stdout);
+    let agree = "clocked board, functional model and oracle agree on 2 of 2 rays";
+    assert!(run.stdout.contains(agree) && !run.stdout.contains("passed"), "{}", run.stdout);
+    assert!(run.stdout.contains("grid of 2^3 cells a side, the file's"), "{}", run.stdout);
+    // K = 2F keeps all bits, as the board does: nothing is replaced.
+    assert_eq!(run.stderr, "");
+    // Half of the bits does replace the board's.
+    place.write("half.csv", questions.replacen(",48,", ",24,", 1));
+    let run = place.exits(0, &["simulate", "--rays", "half.csv"]);
+    assert!(run.stderr.contains("number formats replace those of board"), "{}", run.stderr);
+}
+
+#[test]
+fn simulate_of_vectors_with_a_grid_says_when_it_replaces_the_boards() {
+    let place = Place::new();
+    place.write("five.toml", "grid_log2 = 5\n");
+    let with_grid = |g: u32| VECTORS.replacen("patch,7", &format!("grid,{g}\npatch,7"), 1);
+    for (text, replaced, grid) in [
+        (with_grid(3), true, "2^3 cells a side, the file's"),
+        (with_grid(5), false, "2^5 cells a side, the file's"),
+    ] {
+        place.write("v.csv", text);
+        let run =
+            place.exits(0, &["simulate", "--rays", "v.csv", "--board", "five.toml", "--report", "r.json"]);
+        assert_eq!(
+            run.stderr.contains("the vectors' grid of 2^3 cells a side replaces"),
+            replaced,
+            "{}",
+            run.stderr
+        );
+        assert!(run.stdout.contains(grid), "{}", run.stdout);
+    }
+    place.write("v.csv", VECTORS);
+    let run = place.exits(0, &["simulate", "--rays", "v.csv", "--board", "five.toml"]);
+    assert!(run.stdout.contains("grid of 2^5 cells a side, that of board"), "{}", run.stdout);
+    assert!(!run.stderr.contains("grid"), "{}", run.stderr);
+}
+
+#[test]
 fn simulate_of_what_it_cannot_take_says_what_to_do() {
     let place = Place::new();
     let furnace = scene("furnace");
     place.write("v.csv", VECTORS);
     place.write("metres.csv", "0,0,0,0,0,1\n");
     place.write("bad.csv", VECTORS.replace("miss", "mist"));
-    place.write("empty.csv", "vectors,1\nformats,8,8,8,full,floor\npatch,1,triangle,0,0,0,1,0,0,0,1,0\n");
+    place.write(
+        "empty.csv",
+        "vectors,1\nformats,8,8,8,full,floor\npatch,1,triangle,0,0,0,1,0,0,0,1,0\nend,1,0,0\n",
+    );
     place.write("cut.rvec", b"RVEC\x01\0\0\0");
     place.refused(&["simulate"], "SCENE");
     place.refused(&["simulate", &furnace, "--rays", "v.csv"], "take no SCENE: radeng simulate --rays v.csv");
@@ -311,8 +377,36 @@ fn simulate_of_what_it_cannot_take_says_what_to_do() {
     place.refused(&["simulate", "--rays", "empty.csv"], "empty.csv: the file holds no rays and no tests");
     place.refused(&["simulate", "--rays", "none.csv"], "none.csv: no such file, expected test vectors");
     place.refused(&["simulate", "--rays", "."], "is a directory, expected test vectors");
-    place
-        .refused(&["simulate", "--rays", "v.csv", "--elements", "10"], "--elements has no use without SCENE");
+    for flag in [
+        &["--elements", "10"][..],
+        &["--seed", "1"],
+        &["--dense-visibility"],
+        &["--width", "256"],
+        &["--height", "10"],
+        &["--samples", "1"],
+        &["--shadow-strata", "4"],
+    ] {
+        let expected = format!("{} has no use without SCENE", flag[0]);
+        place.refused(&[&["simulate", "--rays", "v.csv"], flag].concat(), &expected);
+    }
+    let two = ["simulate", "--seed", "2", "--rays", "v.csv", "--height", "9"];
+    place.refused(&two, "--seed, --height have no use without SCENE");
+    place.write("cut.csv", VECTORS.replace("end,2,4,0\n", ""));
+    place.refused(
+        &["simulate", "--rays", "cut.csv"],
+        "cut.csv:8: the end of the file is here, expected a line end,",
+    );
+    place.write("other.rvec", "PK zip");
+    place.refused(
+        &["simulate", "--rays", "other.rvec"],
+        "other.rvec byte 0: the magic is 'PK z', expected RVEC",
+    );
+    for name in ["nothing.rvec", "nothing.csv"] {
+        place.write(name, "");
+        place.refused(&["simulate", "--rays", name], "the file is empty, expected test vectors");
+    }
+    place.write("marked.csv", format!("\u{feff}{VECTORS}"));
+    place.exits(0, &["simulate", "--rays", "marked.csv"]);
     place.write("tiny.toml", "grid_log2 = 7\n[dram]\nbytes = 4096\n");
     place.refused(
         &["simulate", "--rays", "v.csv", "--board", "tiny.toml", "--report", "r.json"],

@@ -246,10 +246,13 @@ With SCENE a rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in 
     the direction. Empty lines and lines that start with # are skipped.
 
 Without SCENE it holds test vectors (.csv or .rvec): patches, rays, expected answers and single tests in the \
-    board's words. The board takes the file's number formats; the clocked board, the functional model and the \
+    board's words. The board takes the file's number formats and its grid; the clocked board, the functional model and the \
     oracle must agree with each other and with the file: exit status 1 otherwise, with the first wrong answer \
     and all its wires. `radeng verify --vectors` writes such files; their first lines say what each column is.")]
 pub struct SimulateArgs {
+    /// What was typed: without SCENE some flags have no use.
+    #[command(flatten)]
+    pub given: super::given::Given,
     /// The scene file (TOML); none for test vectors
     #[arg(required_unless_present = "rays")]
     pub scene: Option<PathBuf>,

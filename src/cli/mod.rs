@@ -9,6 +9,7 @@
 pub mod args;
 mod compare;
 mod error;
+mod given;
 mod info;
 pub mod plan;
 mod probe;
@@ -19,6 +20,7 @@ mod simulate;
 mod solve;
 mod sweep;
 mod vectors;
+mod vectors_text;
 mod verify;
 
 pub use args::{Command, CommandLine};

@@ -1,19 +1,9 @@
-//! Vectors as packed records: the file is a row of little-endian 32-bit words.
+//! Vectors as packed records: the file is a row of little-endian 32-bit words, laid out as in the module's header.
 //!
 //! ```text
-//! word 0  magic 0x4345_5652 ("RVEC")     5  K, or 0xFFFF_FFFF: all      8  rays
-//!      1  version, 1                     6  rounding: 0 nearest-even,   9  tests
-//!      2  F    3  D    4  T                 1 half-away, 2 floor       10  reserved, 0
-//!                                        7  patches
-//! patches: the patch record of rtl_model::packet          (11 words a patch at F = 24)
-//! rays:    ray record, tag = number of the ray mod 2^15   ( 6 words)
-//!          control: bit 0 any hit, bit 1 answer expected, bit 2 answer of an any-hit ray is a hit
-//!          hit record: of a nearest-hit ray with an expected answer; else zeros    (2 words)
-//! tests:   number of the ray, number of the patch in the file, hit record,
-//!          every wire in the order of the text files, each 4 words, two's complement
-//! last word: CRC-32 (IEEE) of all bytes before it
+//! Vectors --to_binary--> header, patches, rays, tests, CRC --from_binary: header, length, CRC, records--> Vectors
 //! ```
-//! Every record has one length in a file, except tests of triangles (40 wires) and quads (48).
+//! Nothing is copied or reserved by a count before the length of the file agrees with the counts.
 
 use rtl_model::datapath::{PatchWords, RayWords};
 use rtl_model::fixed::Formats;
@@ -22,7 +12,7 @@ use rtl_model::packet::{
     unpack_ray,
 };
 
-use super::build::Builder;
+use super::build::{Builder, MAX_GRID_LOG2};
 use super::csv_write::ROUNDINGS;
 use super::wires::{from_values, n_wires};
 use super::{
@@ -56,7 +46,7 @@ pub fn to_binary(vectors: &Vectors) -> Vec<u8> {
         vectors.patches.len() as u32,
         vectors.rays.len() as u32,
         vectors.tests.len() as u32,
-        0,
+        vectors.grid_log2.unwrap_or(0),
     ];
     for patch in &vectors.patches {
         words.extend(pack_patch(f, patch));
@@ -89,7 +79,7 @@ fn ray_words(f: &Formats, i: usize, ray: &RayVector) -> Vec<u32> {
     words
 }
 
-/// Vectors from a file's bytes.
+/// Vectors from a file's bytes. Header and length are checked before any record is read, then the CRC.
 ///
 /// # Errors
 /// The first fault with the byte at which its record starts.
@@ -97,23 +87,30 @@ pub fn from_binary(bytes: &[u8]) -> Result<Vectors, VectorsError> {
     let fault = |byte: usize, field: &str, value: String, expected: String| {
         Fault::new(field, value, expected).at(Place::Byte(byte as u64))
     };
+    if bytes.is_empty() {
+        return Err(fault(0, "the file", "empty".to_owned(), "test vectors".to_owned()));
+    }
+    let magic = &bytes[..bytes.len().min(MAGIC.len())];
+    if magic != MAGIC {
+        return Err(fault(0, "the magic", format!("'{}'", magic.escape_ascii()), "RVEC".to_owned()));
+    }
     let least = 4 * (HEADER_WORDS + 1);
     if bytes.len() < least || !bytes.len().is_multiple_of(4) {
         let expected = format!("a multiple of 4, at least {least} bytes");
         return Err(fault(bytes.len(), "the length of the file", format!("{} bytes", bytes.len()), expected));
     }
     let (body, last) = bytes.split_at(bytes.len() - 4);
-    let words: Vec<u32> =
-        body.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-    let mut reader = Reader { words: &words, at: 0 };
-    let mut builder = header(&mut reader)?;
+    let mut reader = Reader { body, at: 0 };
+    let (mut builder, counts) = header(&mut reader)?;
+    check_length(bytes.len() as u64, builder.formats(), counts)
+        .map_err(|fault| fault.at(Place::Byte(bytes.len() as u64)))?;
     let stored = u32::from_le_bytes([last[0], last[1], last[2], last[3]]);
     let crc = crc32fast::hash(body);
     if stored != crc {
         let expected = format!("{crc:#010x}, that of the bytes before it");
         return Err(fault(body.len(), "the CRC", format!("{stored:#010x}"), expected));
     }
-    let [n_patches, n_rays, n_tests] = [words[7], words[8], words[9]];
+    let [n_patches, n_rays, n_tests] = counts;
     for _ in 0..n_patches {
         reader.record(|r| patch(r, &mut builder))?;
     }
@@ -123,38 +120,63 @@ pub fn from_binary(bytes: &[u8]) -> Result<Vectors, VectorsError> {
     for _ in 0..n_tests {
         reader.record(|r| test(r, &mut builder))?;
     }
-    reader.record(|r| match r.words.len() - r.at {
+    reader.record(|r| match r.n_words_left() {
         0 => Ok(()),
         more => Err(Fault::new("the end of the records", format!("followed by {more} words"), "the CRC")),
     })?;
     Ok(builder.finish())
 }
 
-/// Words of a file, read one record after the other.
+/// The file is as long as its counts say; a test takes between the wires of a triangle and those of a quad.
+fn check_length(n_bytes: u64, f: &Formats, [n_patches, n_rays, n_tests]: [u32; 3]) -> Result<(), Fault> {
+    let n_hit = u64::from(hit_bytes(f));
+    let frame = 4 * (HEADER_WORDS as u64 + 1);
+    let patches = u64::from(n_patches) * u64::from(patch_bytes(f));
+    let rays = u64::from(n_rays) * (u64::from(ray_bytes(f)) + 4 + n_hit);
+    let [least, most] = [true, false].map(|is_triangle| {
+        let wires = 4 * (WIRE_WORDS * n_wires(is_triangle)) as u64;
+        frame + patches + rays + u64::from(n_tests) * (8 + n_hit + wires)
+    });
+    if (least..=most).contains(&n_bytes) {
+        return Ok(());
+    }
+    let range = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    let expected = format!("{range} bytes for {n_patches} patches, {n_rays} rays, {n_tests} tests");
+    Err(Fault::new("the length of the file", format!("{n_bytes} bytes"), expected))
+}
+
+/// The bytes of a file without its CRC, read one record after the other.
 struct Reader<'a> {
-    words: &'a [u32],
+    body: &'a [u8],
+    /// Bytes read.
     at: usize,
 }
 
-impl<'a> Reader<'a> {
+impl Reader<'_> {
     /// Reads a record; a fault gets the byte at which it starts.
     fn record<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, Fault>) -> Result<T, VectorsError> {
-        let byte = 4 * self.at as u64;
+        let byte = self.at as u64;
         read(self).map_err(|fault| fault.at(Place::Byte(byte)))
     }
 
-    fn take(&mut self, record: &str, n: usize) -> Result<&'a [u32], Fault> {
-        let rest = &self.words[self.at..];
-        if rest.len() < n {
-            let value = format!("cut off after {} of its words", rest.len());
+    fn n_words_left(&self) -> usize {
+        (self.body.len() - self.at) / 4
+    }
+
+    fn take(&mut self, record: &str, n: usize) -> Result<Vec<u32>, Fault> {
+        let left = self.n_words_left();
+        if left < n {
+            let value = format!("cut off after {left} of its words");
             return Err(Fault::new(format!("the {record}"), value, format!("{n} words")));
         }
-        self.at += n;
-        Ok(&rest[..n])
+        let bytes = &self.body[self.at..][..4 * n];
+        self.at += 4 * n;
+        Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
     }
 }
 
-fn header(reader: &mut Reader<'_>) -> Result<Builder, VectorsError> {
+/// The formats, and the numbers of patches, rays and tests.
+fn header(reader: &mut Reader<'_>) -> Result<(Builder, [u32; 3]), VectorsError> {
     let mut word = |field: &'static str, least: u32, most: u32| {
         reader.record(|r| {
             let value = r.take("header", 1)?[0];
@@ -165,8 +187,8 @@ fn header(reader: &mut Reader<'_>) -> Result<Builder, VectorsError> {
             Err(Fault::new(field, value, expected))
         })
     };
-    let magic = u32::from_le_bytes([MAGIC[0], MAGIC[1], MAGIC[2], MAGIC[3]]);
-    word("the magic number", magic, magic)?;
+    // The magic was compared before.
+    word("the magic", 0, u32::MAX)?;
     word("the version", VERSION, VERSION)?;
     let formats_byte = 8;
     let any = u32::MAX;
@@ -175,13 +197,21 @@ fn header(reader: &mut Reader<'_>) -> Result<Builder, VectorsError> {
     let t_frac_bits = word("t_frac_bits", 0, any)?;
     let keep = word("cross_keep_bits", 0, any)?;
     let rounding = ROUNDINGS[word("the rounding", 0, ROUNDINGS.len() as u32 - 1)? as usize].1;
-    word("the number of patches", 0, MAX_PATCHES as u32)?;
-    word("the number of rays", 0, MAX_RAYS as u32)?;
-    word("the number of tests", 0, MAX_TESTS as u32)?;
-    word("the reserved word", 0, 0)?;
+    let counts = [
+        word("the number of patches", 0, MAX_PATCHES as u32)?,
+        word("the number of rays", 0, MAX_RAYS as u32)?,
+        word("the number of tests", 0, MAX_TESTS as u32)?,
+    ];
+    let grid = word("the grid", 0, MAX_GRID_LOG2)?;
     let cross_keep_bits = if keep == KEEP_ALL { None } else { Some(keep) };
     let formats = Formats { coord_frac_bits, dir_frac_bits, t_frac_bits, cross_keep_bits, rounding };
-    Builder::new(formats).map_err(|fault| fault.at(Place::Byte(formats_byte)))
+    let with_grid = Builder::new(formats).and_then(|mut builder| {
+        if grid > 0 {
+            builder.grid(grid)?;
+        }
+        Ok(builder)
+    });
+    Ok((with_grid.map_err(|fault| fault.at(Place::Byte(formats_byte)))?, counts))
 }
 
 fn short(error: PacketError) -> Fault {
@@ -199,8 +229,8 @@ fn same_words(record: &str, read: &[u32], packed: &[u32]) -> Result<(), Fault> {
 fn patch(reader: &mut Reader<'_>, builder: &mut Builder) -> Result<(), Fault> {
     let formats = *builder.formats();
     let words = reader.take("patch record", patch_bytes(&formats) as usize / 4)?;
-    let patch: PatchWords = unpack_patch(&formats, words).map_err(short)?;
-    same_words("patch record", words, &pack_patch(&formats, &patch))?;
+    let patch: PatchWords = unpack_patch(&formats, &words).map_err(short)?;
+    same_words("patch record", &words, &pack_patch(&formats, &patch))?;
     builder.patch(patch)
 }
 
@@ -208,7 +238,7 @@ fn ray(reader: &mut Reader<'_>, i: usize, builder: &mut Builder) -> Result<(), F
     let formats = *builder.formats();
     let n_ray = ray_bytes(&formats) as usize / 4;
     let words = reader.take("ray record", n_ray + 1 + hit_bytes(&formats) as usize / 4)?;
-    let (ray_words_read, _): (RayWords, u16) = unpack_ray(&formats, words).map_err(short)?;
+    let (ray_words_read, _): (RayWords, u16) = unpack_ray(&formats, &words).map_err(short)?;
     let control = words[n_ray];
     if control > 7 {
         return Err(Fault::new("the ray's control word", control, "0 to 7"));
@@ -220,7 +250,7 @@ fn ray(reader: &mut Reader<'_>, i: usize, builder: &mut Builder) -> Result<(), F
         false => Expected::Nearest(hit),
     });
     let ray = RayVector { words: ray_words_read, any_hit, expected };
-    same_words("ray record", words, &ray_words(&formats, i, &ray))?;
+    same_words("ray record", &words, &ray_words(&formats, i, &ray))?;
     builder.ray(ray)
 }
 

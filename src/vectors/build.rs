@@ -8,6 +8,8 @@ use rtl_model::packet::PATCH_ID_BITS;
 
 use super::{Expected, Fault, MAX_PATCHES, MAX_RAYS, MAX_TESTS, RayVector, TestVector, Vectors};
 
+/// Finest grid of the board: log2 of its cells a side; the coarsest has 2^1.
+pub(super) const MAX_GRID_LOG2: u32 = 7;
 /// Largest patch id.
 pub(super) const MAX_ID: u32 = (1 << PATCH_ID_BITS) - 1;
 
@@ -23,7 +25,8 @@ impl Builder {
     /// No records yet, words of `formats`.
     pub(super) fn new(formats: Formats) -> Result<Builder, Fault> {
         formats.validate().map_err(|e| Fault::new(e.name, e.value, format!("{} to {}", e.min, e.max)))?;
-        let vectors = Vectors { formats, patches: Vec::new(), rays: Vec::new(), tests: Vec::new() };
+        let (patches, rays, tests) = (Vec::new(), Vec::new(), Vec::new());
+        let vectors = Vectors { formats, grid_log2: None, patches, rays, tests };
         Ok(Builder { vectors, places: HashMap::new() })
     }
 
@@ -33,6 +36,26 @@ impl Builder {
 
     pub(super) fn patches(&self) -> &[PatchWords] {
         &self.vectors.patches
+    }
+
+    /// Patches, rays and tests so far.
+    pub(super) fn counts(&self) -> [usize; 3] {
+        [self.vectors.patches.len(), self.vectors.rays.len(), self.vectors.tests.len()]
+    }
+
+    /// The grid, which stands once and before every record.
+    pub(super) fn grid(&mut self, log2_cells: u32) -> Result<(), Fault> {
+        if !(1..=MAX_GRID_LOG2).contains(&log2_cells) {
+            return Err(Fault::new("the grid", log2_cells, format!("1 to {MAX_GRID_LOG2}")));
+        }
+        if let Some(first) = self.vectors.grid_log2 {
+            return Err(Fault::new("the grid", "there twice", format!("once: it is {first} already")));
+        }
+        if self.counts() != [0; 3] {
+            return Err(Fault::new("the grid", "behind other records", "before patches, rays and tests"));
+        }
+        self.vectors.grid_log2 = Some(log2_cells);
+        Ok(())
     }
 
     /// The place of the patch with this id.

@@ -34,8 +34,10 @@ pub enum CheckError {
 /// What the vectors' run found.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// The board, with the file's number formats.
+    /// The board, with the file's number formats and, where it has one, its grid.
     pub spec: BoardSpec,
+    /// Log2 of the cells a side of its grid.
+    pub grid_log2: u32,
     /// What it counted.
     pub statistics: BoardStatistics,
     /// Rays run.
@@ -110,7 +112,7 @@ impl Wrong {
     }
 }
 
-/// Runs the vectors on a board of `spec`, but with the file's number formats.
+/// Runs the vectors on a board of `spec`, but with the file's number formats and, where it has one, its grid.
 ///
 /// # Errors
 /// No rays and no tests; a board that cannot take these patches.
@@ -119,7 +121,8 @@ pub fn check(vectors: &Vectors, spec: &BoardSpec) -> Result<Check, CheckError> {
         return Err(CheckError::Nothing);
     }
     let formats = vectors.formats;
-    let spec = BoardSpec { formats, ..spec.clone() };
+    let grid_log2 = vectors.grid_log2.or(spec.grid_log2);
+    let spec = BoardSpec { formats, grid_log2, ..spec.clone() };
     spec.validate().map_err(BoardError::Spec)?;
     let image = MemoryImage::build_within(&formats, &vectors.patches, spec.grid_log2, spec.dram.bytes);
     let mut board = Board::new(&spec, image)?;
@@ -140,6 +143,7 @@ pub fn check(vectors: &Vectors, spec: &BoardSpec) -> Result<Check, CheckError> {
     });
     let first_test = tests.iter().position(|(_, holds)| !holds);
     Ok(Check {
+        grid_log2: image.grid.log2_cells,
         statistics: board.statistics(),
         n_rays: rays.len() as u64,
         n_expected: rays.iter().filter(|a| a.expected.is_some()).count() as u64,

@@ -111,6 +111,28 @@ fn check_of_a_wrong_wire_names_the_test_and_marks_the_wire() {
     assert!(marked[0].trim_start().starts_with("c12.z "), "{text}");
 }
 
+#[test]
+fn check_with_rounded_normals_takes_the_grid_that_the_answers_were_made_with() {
+    let widths = Formats { coord_frac_bits: 12, dir_frac_bits: 12, t_frac_bits: 14, ..Formats::default() };
+    let formats = Formats { cross_keep_bits: Some(4), ..widths };
+    let (image, rays) = scene(formats, 1000);
+    let patches: Vec<PatchWords> = (0..image.n_patches).map(|i| image.patch(i)).collect();
+    let image = MemoryImage::build(&formats, &patches, Some(6));
+    let vectors = sample(&image, &rays, 1000);
+    assert_eq!(vectors.grid_log2, Some(6));
+    // A board with another grid, and one that chooses it.
+    for own in [Some(1), None] {
+        let board = BoardSpec { grid_log2: own, ..spec() };
+        let found = check(&vectors, &board).unwrap();
+        assert!(found.passed(), "{:?}", found.first_wrong);
+        assert_eq!((found.grid_log2, found.spec.grid_log2), (6, Some(6)));
+    }
+    // Without the record the same answers are wrong on another grid: the record is needed.
+    let board = BoardSpec { grid_log2: Some(1), ..spec() };
+    let found = check(&Vectors { grid_log2: None, ..vectors }, &board).unwrap();
+    assert!(found.n_rays_wrong > 0 && found.grid_log2 == 1, "{} wrong", found.n_rays_wrong);
+}
+
 /// A nearest-hit mismatch on the first ray with a hit; its true answer.
 fn mismatch(image: &MemoryImage, rays: &[(RayWords, bool)], compared: Compared) -> (Mismatch, HitWords) {
     let answer = |ray: &RayWords| trace_observed(image, ray, false, |_, _| ()).hit.map(|hit| (*ray, hit));
@@ -139,6 +161,7 @@ fn mismatch_file_holds_the_oracles_answer_and_fails_until_the_board_gives_it() {
     // The oracle is said to answer another side: so the real board must be found wrong, in the same words.
     let vectors = from_csv(&to_csv(&of_mismatch(&image, &wrong))).unwrap();
     assert_eq!((vectors.patches.len(), vectors.rays.len(), vectors.tests.len()), (24, 1, 0));
+    assert_eq!(vectors.grid_log2, Some(image.grid.log2_cells));
     let found = check(&vectors, &spec()).unwrap();
     let answers = found.first_wrong.as_ref().unwrap().answers();
     assert_eq!(answers.expected, Some(Expected::Nearest(wrong.oracle)));
@@ -168,7 +191,8 @@ fn mismatch_of_a_test_or_a_hit_bit_becomes_a_row_of_its_kind() {
 #[test]
 fn check_of_nothing_or_beyond_the_patch_memory_is_refused() {
     let (image, rays) = scene(Formats::default(), 3);
-    let vectors = sample(&image, &rays, 3);
+    // Without a grid of the file the board's own counts.
+    let vectors = Vectors { grid_log2: None, ..sample(&image, &rays, 3) };
     let nothing = Vectors { rays: Vec::new(), tests: Vec::new(), ..vectors.clone() };
     assert!(matches!(check(&nothing, &spec()), Err(CheckError::Nothing)));
     let mut small = BoardSpec { grid_log2: Some(7), ..spec() };

@@ -3,16 +3,17 @@
 use rtl_model::datapath::{Facing, HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
 
-use super::build::{Builder, MAX_ID};
+use super::build::{Builder, MAX_GRID_LOG2, MAX_ID};
 use super::csv_write::{ROUNDINGS, VERSION};
 use super::wires::{from_values, n_wires};
 use super::{Expected, Fault, Place, RayVector, TestVector, Vectors, VectorsError, wire_names};
 
-/// Vectors from text.
+/// Vectors from text; a byte order mark before it is skipped.
 ///
 /// # Errors
 /// The first line with a fault: the field, what it says and what was expected.
 pub fn from_csv(text: &str) -> Result<Vectors, VectorsError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut stage = Stage::Version;
     for (i, line) in text.lines().enumerate() {
         let content = line.split('#').next().unwrap_or_default().trim();
@@ -22,7 +23,12 @@ pub fn from_csv(text: &str) -> Result<Vectors, VectorsError> {
         stage = stage.read(content).map_err(|fault| fault.at(Place::Line(i + 1)))?;
     }
     match stage {
-        Stage::Records(builder) => Ok(builder.finish()),
+        Stage::End(builder) => Ok(builder.finish()),
+        Stage::Records(builder) => {
+            let [patches, rays, tests] = builder.counts();
+            let so_far = format!("{patches} patches, {rays} rays, {tests} tests");
+            Err(missing(&format!("end,patches,rays,tests after {so_far}"), text))
+        }
         Stage::Version => Err(missing("vectors,1", text)),
         Stage::Formats => Err(missing("formats,F,D,T,K,rounding", text)),
     }
@@ -42,6 +48,8 @@ enum Stage {
     Formats,
     /// Any of the others.
     Records(Builder),
+    /// None: `end` was read.
+    End(Builder),
 }
 
 impl Stage {
@@ -62,8 +70,20 @@ impl Stage {
             (Stage::Formats, other) => {
                 return Err(Fault::new("the second record", quoted(other), "formats,F,D,T,K,rounding"));
             }
+            (Stage::End(_), other) => {
+                return Err(Fault::new("the record", quoted(other), "nothing after the record end"));
+            }
+            (Stage::Records(builder), "end") => {
+                end(&mut record, builder.counts())?;
+                Stage::End(builder)
+            }
             (Stage::Records(mut builder), kind) => {
                 match kind {
+                    "grid" => {
+                        let log2_cells = record.whole("the grid", 1..=i128::from(MAX_GRID_LOG2))?;
+                        record.end()?;
+                        builder.grid(log2_cells)?;
+                    }
                     "patch" => {
                         let patch = patch(&mut record, &builder)?;
                         builder.patch(patch)?;
@@ -76,7 +96,7 @@ impl Stage {
                         let test = test(&mut record, &builder)?;
                         builder.test(test)?;
                     }
-                    other => return Err(Fault::new("the record", quoted(other), "patch, ray or test")),
+                    other => return Err(Fault::new("the record", quoted(other), "patch, ray, test or end")),
                 }
                 Stage::Records(builder)
             }
@@ -165,6 +185,18 @@ fn formats(record: &mut Record<'_>) -> Result<Formats, Fault> {
     let rounding = record.choice("the rounding", &ROUNDINGS)?;
     record.end()?;
     Ok(Formats { coord_frac_bits, dir_frac_bits, t_frac_bits, cross_keep_bits, rounding })
+}
+
+/// The last record: a file that was cut off, even between two lines, has none, or not its counts.
+fn end(record: &mut Record<'_>, counts: [usize; 3]) -> Result<(), Fault> {
+    for (what, count) in ["patches", "rays", "tests"].into_iter().zip(counts) {
+        let field = format!("the number of {what} at the end");
+        let said: usize = record.whole(&field, 0..=i128::from(u32::MAX))?;
+        if said != count {
+            return Err(Fault::new(field, said, format!("{count}, as many as stand before it")));
+        }
+    }
+    record.end()
 }
 
 fn patch(record: &mut Record<'_>, builder: &Builder) -> Result<PatchWords, Fault> {

@@ -15,6 +15,9 @@ const GUIDE: &str = "\
 #
 # formats,F,D,T,K,rounding          fraction bits of coordinates, directions, t and kept edge normals (full: all 2F);
 #                                   rounding nearest-even, half-away or floor
+# grid,G                            the board's grid has 2^G cells a side. Where K is full no answer depends on it; where
+#                                   K < 2F rounding may move a patch's edge out of the cells that list the patch, and
+#                                   an answer is over the patches that the cells on the ray's way list
 # patch,id,triangle|quad,x0,y0,z0,x1,y1,z1,x2,y2,z2[,x3,y3,z3]
 #                                   corners, words of 2^-F in [-2^F, 2^F); a quad is the triangles 012 and 023
 # ray,nearest,ox,oy,oz,dx,dy,dz,t_max[,miss | ,t,patch,front|back]
@@ -23,6 +26,7 @@ const GUIDE: &str = "\
 #                                   up to 4 2^T; then the expected answer, if any. Nearest: smallest (t, patch id)
 # test,ray,patch,miss,-,wires...    one ray (number of its row, from 0) with one patch (its id), answer and wires:
 # test,ray,patch,t,front|back,wires...
+# end,patches,rays,tests            how many of each stand above; without this last record the file was cut off
 ";
 
 /// The file's text.
@@ -36,6 +40,9 @@ pub fn to_csv(vectors: &Vectors) -> String {
     let rounding = rounding_name(f.rounding);
     let (coord, dir, t) = (f.coord_frac_bits, f.dir_frac_bits, f.t_frac_bits);
     let _ = writeln!(out, "formats,{coord},{dir},{t},{keep},{rounding}");
+    if let Some(grid_log2) = vectors.grid_log2 {
+        let _ = writeln!(out, "grid,{grid_log2}");
+    }
     for patch in &vectors.patches {
         let (kind, n) = if patch.is_triangle { ("triangle", 3) } else { ("quad", 4) };
         let _ = write!(out, "patch,{},{kind}", patch.id);
@@ -48,6 +55,10 @@ pub fn to_csv(vectors: &Vectors) -> String {
     for test in &vectors.tests {
         test_line(&mut out, vectors, test);
     }
+    let counts = [vectors.patches.len(), vectors.rays.len(), vectors.tests.len()];
+    out.push_str("end");
+    words(&mut out, &counts);
+    out.push('\n');
     out
 }
 

@@ -8,6 +8,65 @@
 //! ```
 //! Both files hold the same: reading one and writing the other loses nothing. What a reader refuses it names with
 //! place, field, value and what was expected ([`VectorsError`]).
+//!
+//! # Words
+//! F, D, T: fraction bits of coordinates, directions and t; K: fraction bits that edge normals keep of their 2F. A
+//! coordinate word c means c 2^-F in [-1, 1), a direction word d means d 2^-D with |d| < 2^D, not all three 0, a t word
+//! means t 2^-T, at most 4 2^T. Ids lie in 0 to 2^28 - 1, each once. A triangle is the corners 0, 1, 2; a quad the
+//! triangles 0, 1, 2 and 0, 2, 3. The nearest hit has the smallest (t, id).
+//!
+//! With K = 2F no answer depends on the board's grid. With K < 2F a rounded edge may lie outside the cells that list
+//! its patch, so an answer is over the patches that the cells on the ray's way list: a file says which grid that was.
+//!
+//! # Text (.csv)
+//! UTF-8, with or without byte order mark; a record a line, fields separated by commas, blanks around them ignored; from
+//! `#` to the end of the line is a comment. All values are whole numbers in decimal.
+//!
+//! | record | fields | |
+//! |---|---|---|
+//! | `vectors` | 1 | version; the first record |
+//! | `formats` | F, D, T, K or `full`, `nearest-even` or `half-away` or `floor` | the second record |
+//! | `grid` | G | log2 of the cells a side, 1 to 7; at most once, before those below |
+//! | `patch` | id, `triangle` or `quad`, x0, y0, z0, x1 ... z2 (triangle) or z3 (quad) | 3 or 4 corners |
+//! | `ray` | `nearest`, ox, oy, oz, dx, dy, dz, t_max, answer | answer: none, or `miss`, or t, patch id, `front` or `back` |
+//! | `ray` | `any`, ox, oy, oz, dx, dy, dz, t_max, answer | answer: none, or `miss`, or `hit` |
+//! | `test` | ray, patch id, `miss`, `-`, wires | number of the ray from 0; 40 wires of a triangle, 48 of a quad |
+//! | `test` | ray, patch id, t, `front` or `back`, wires | both stand before the test |
+//! | `end` | patches, rays, tests | how many there are; the last record, nothing follows |
+//!
+//! Wires, in order (`wires.rs`): corners relative to the origin a0 to a3, edge normals c01 c12 c02 c23 c30 (x y z each),
+//! edge tests e01 e12 e02 e23 e30, then of each triangle inside, n (x y z), den, num, den_shifted, num_shifted. A
+//! triangle has edge 20 in the place of 02, zeros for 23 and 30, and a3 = a2.
+//!
+//! # Packed (.rvec)
+//! Little-endian 32-bit words; P, R, H: bytes of the patch, ray and hit records of `rtl_model::packet`
+//! (fields from bit 0 up, padded with zeros to whole words; 44, 24 and 8 at F = D = T = 24).
+//!
+//! | byte | |
+//! |---|---|
+//! | 0 | magic, the bytes `RVEC` |
+//! | 4 | version, 1 |
+//! | 8, 12, 16 | F, D, T |
+//! | 20 | K; `0xFFFF_FFFF`: full |
+//! | 24 | rounding: 0 nearest-even, 1 half-away, 2 floor |
+//! | 28, 32, 36 | number of patches p, of rays r, of tests |
+//! | 40 | G; 0: none |
+//! | 44 | p patch records of P bytes: 12 corner words of F + 1 bits, id 28 bits, triangle 1 bit |
+//! | 44 + p P | r rays of R + 4 + H bytes |
+//! | 44 + p P + r (R + 4 + H) | the tests |
+//! | length - 4 | CRC-32 (IEEE) of all bytes before it |
+//!
+//! | byte of a ray | |
+//! |---|---|
+//! | 0 | ray record: origin 3 words of F + 1 bits, direction 3 of D + 1, t_max T + 3, tag 15: its number mod 2^15 |
+//! | R | control: bit 0 any hit, bit 1 an answer is expected, bit 2 answer of an any-hit ray is a hit |
+//! | R + 4 | hit record, of a nearest-hit ray with an expected answer: t T + 3 bits, id 28, back 1, valid 1; else zeros |
+//!
+//! | byte of a test | |
+//! |---|---|
+//! | 0, 4 | number of the ray, number of the patch in the file, from 0 |
+//! | 8 | hit record |
+//! | 8 + H | 40 wires of a triangle, 48 of a quad, 16 bytes each, two's complement: 640 or 768 bytes |
 
 mod binary;
 mod build;
@@ -42,6 +101,8 @@ pub const MAX_RAYS: usize = 1 << 24;
 pub const MAX_TESTS: usize = 1 << 20;
 /// Most rays that vectors of a workload hold.
 pub const MAX_SAMPLE: usize = 10_000;
+/// UTF-8's mark that some editors put before text.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Largest file (bytes).
 pub const MAX_FILE_BYTES: u64 = 4 << 30;
 
@@ -83,6 +144,8 @@ pub struct TestVector {
 pub struct Vectors {
     /// The formats of all words.
     pub formats: Formats,
+    /// Log2 of the cells a side of the grid that the answers were made with, 1 to 7; none where it does not matter.
+    pub grid_log2: Option<u32>,
     /// The scene; ids are unique, in whatever order.
     pub patches: Vec<PatchWords>,
     /// The rays.
@@ -118,7 +181,8 @@ impl VectorsFormat {
         if bytes.starts_with(binary::MAGIC) {
             return Some(VectorsFormat::Binary);
         }
-        let first = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+        let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+        let first = text.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
         let first = first.into_iter().find(|line| !line.is_empty() && line[0] != b'#')?;
         let name = first.split(|b| *b == b',').next().unwrap_or(first);
         (name.trim_ascii() == b"vectors").then_some(VectorsFormat::Csv)
@@ -139,7 +203,7 @@ impl Vectors {
     /// # Errors
     /// The first fault.
     pub fn from_bytes(bytes: &[u8]) -> Result<Vectors, VectorsError> {
-        if bytes.starts_with(binary::MAGIC) {
+        if bytes.is_empty() || bytes.starts_with(binary::MAGIC) {
             return from_binary(bytes);
         }
         match std::str::from_utf8(bytes) {

@@ -4,7 +4,8 @@
 //! MemoryImage, rays --spread evenly, oracle--> Vectors: all patches, rays with answers, tests with wires
 //! ```
 //! With full edge normals the oracle looks at all patches. With rounded ones a ray may meet a patch outside the cells
-//! that list it, so the answer depends on the board's walk: then the oracle looks at the patches that the board tests.
+//! that list it, so the answer depends on the board's walk: then the oracle looks at the patches that the board tests, and
+//! the vectors carry the grid of the image, on which this depends.
 
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
@@ -46,8 +47,13 @@ pub fn sample(image: &MemoryImage, rays: &[(RayWords, bool)], n_rays: usize) -> 
     let patches: Vec<PatchWords> = (0..image.n_patches).map(|i| image.patch(i)).collect();
     let oracle = Oracle::new(&image.formats, &patches);
     let n = n_rays.min(rays.len());
-    let mut vectors =
-        Vectors { formats: image.formats, patches, rays: Vec::with_capacity(n), tests: Vec::new() };
+    let mut vectors = Vectors {
+        formats: image.formats,
+        grid_log2: Some(image.grid.log2_cells),
+        patches,
+        rays: Vec::with_capacity(n),
+        tests: Vec::new(),
+    };
     for i in 0..n {
         let (words, any_hit) = rays[(i as u128 * rays.len() as u128 / n as u128) as usize];
         let mut ray = RayVector { words, any_hit, expected: None };
@@ -83,6 +89,7 @@ pub fn of_mismatch(image: &MemoryImage, mismatch: &Mismatch) -> Vectors {
     let test = place.map(|place| test_vector(&image.formats, (0, &words), (place, &patches[place])));
     Vectors {
         formats: image.formats,
+        grid_log2: Some(image.grid.log2_cells),
         patches,
         rays: vec![RayVector { words, any_hit, expected }],
         tests: test.into_iter().collect(),

@@ -24,7 +24,13 @@ ray,nearest,0,0,0,0,0,255,1024,50,3,back
 ray,any,0,0,-200,0,0,255,1024,hit
 ray,nearest,0,0,0,0,0,-255,1024,miss
 ray,any,0,0,0,255,0,0,3
+end,2,4,0
 ";
+
+/// [`SMALL`] without its last record.
+fn small_open() -> &'static str {
+    SMALL.strip_suffix("end,2,4,0\n").unwrap()
+}
 
 fn some_formats() -> impl Strategy<Value = Formats> {
     let rounding = prop_oneof![Just(Rounding::NearestEven), Just(Rounding::HalfAway), Just(Rounding::Floor)];
@@ -97,12 +103,13 @@ fn some_vectors() -> impl Strategy<Value = Vectors> {
     some_formats().prop_flat_map(|formats| {
         let patches = prop::collection::vec(some_patch(formats), 1..6);
         let rays = prop::collection::vec(some_ray(formats), 1..6);
-        (patches, rays, prop::collection::vec(any::<u64>(), 0..4)).prop_map(
-            move |(mut patches, rays, seeds)| {
+        let grid = prop::option::of(1_u32..=7);
+        (patches, rays, prop::collection::vec(any::<u64>(), 0..4), grid).prop_map(
+            move |(mut patches, rays, seeds, grid_log2)| {
                 for (patch, i) in patches.iter_mut().zip(0_u32..) {
                     patch.id = (1 << 28) - 1 - 5 * i;
                 }
-                let mut vectors = Vectors { formats, patches, rays, tests: Vec::new() };
+                let mut vectors = Vectors { formats, grid_log2, patches, rays, tests: Vec::new() };
                 vectors.tests = seeds.into_iter().map(|seed| some_test(&vectors, seed)).collect();
                 vectors
             },
@@ -205,6 +212,7 @@ fn binary_of_a_triangle_and_a_ray_has_the_documented_words() {
     let corners = [[1, 2, 3], [-1, 0, 0], [0, 0, 0], [0, 0, 0]];
     let vectors = Vectors {
         formats: FORMATS,
+        grid_log2: Some(3),
         patches: vec![PatchWords { corners, is_triangle: true, id: 5 }],
         rays: vec![RayVector {
             words: RayWords { origin: [1, 0, 0], dir: [0, 0, -255], t_max: 1024 },
@@ -215,7 +223,7 @@ fn binary_of_a_triangle_and_a_ray_has_the_documented_words() {
     };
     let bytes = to_binary(&vectors);
     let words: Vec<u32> = bytes.chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
-    let header = [0x4345_5652, 1, 8, 8, 8, u32::MAX, 0, 1, 1, 0, 0];
+    let header = [0x4345_5652, 1, 8, 8, 8, u32::MAX, 0, 1, 1, 0, 3];
     // The records are the worked examples of rtl_model::packet, the ray's with tag 0.
     let patch = [0xF80C_0401, 0x0000_000F, 0, 0x0000_5000, 0x0000_0100];
     let ray = [0x0000_0001, 0x0020_2000, 0x0000_0001];
@@ -247,8 +255,9 @@ fn csv_with_a_fault_names_line_field_value_and_what_was_expected() {
         let e = from_csv(text).unwrap_err().to_string();
         assert!(e.starts_with(message), "{text:?}: {e}");
     }
+    let n_lines = small_open().lines().count();
     let lines = [
-        ("hit,1", "the record is 'hit', expected patch, ray or test"),
+        ("hit,1", "the record is 'hit', expected patch, ray, test or end"),
         ("patch,1,disk", "the kind is 'disk', expected triangle or quad"),
         ("patch,268435456,quad", "the id is '268435456', expected a whole number, 0 to 268435455"),
         ("patch,7,triangle,0,0,0,1,0,0,0,1,0", "the id is 7, expected another: patch 1 of the file has it"),
@@ -267,16 +276,24 @@ fn csv_with_a_fault_names_line_field_value_and_what_was_expected() {
         ("ray,nearest,0,0,0,0,0,1,1,5,3,left", "the side of the hit is 'left'"),
         ("test,0,5,miss,-", "the test's patch is 5, expected the id of a patch before it"),
         ("test,0,7,miss,front", "the side of a miss is 'front', expected -"),
+        ("grid,3", "the grid is behind other records, expected before patches, rays and tests"),
+        ("grid,8", "the grid is '8', expected a whole number, 1 to 7"),
+        ("end,2,4", "the number of tests at the end is missing"),
+        ("end,3,4,0", "the number of patches at the end is 3, expected 2, as many as stand before it"),
+        ("end,2,40,0", "the number of rays at the end is 40, expected 4, as many"),
+        ("end,2,4,1", "the number of tests at the end is 1, expected 0, as many"),
+        ("end,2,4,0,0", "field 5 is '0', expected the end of the line"),
         ("test,0,7,miss,-,1,2", "a0.z is missing, expected a whole number"),
     ];
     for (line, message) in lines {
-        let e = from_csv(&format!("{SMALL}{line}\n")).unwrap_err();
-        assert_eq!(e.place, Place::Line(SMALL.lines().count() + 1), "{line}");
+        let e = from_csv(&format!("{}{line}\n", small_open())).unwrap_err();
+        assert_eq!(e.place, Place::Line(n_lines + 1), "{line}");
         assert!(e.to_string().contains(message), "{line}: {e}");
     }
     let test = |ray: &str, wires: &[i128]| {
         let wires: Vec<String> = wires.iter().map(ToString::to_string).collect();
-        from_csv(&format!("{SMALL}test,{ray},7,miss,-,{}\n", wires.join(","))).map_err(|e| e.to_string())
+        from_csv(&format!("{}test,{ray},7,miss,-,{}\nend,2,4,1\n", small_open(), wires.join(",")))
+            .map_err(|e| e.to_string())
     };
     let mut wires = vec![0; n_wires(true)];
     assert!(test("3", &wires).is_ok());
@@ -315,11 +332,19 @@ fn binary_with_a_fault_names_the_byte_and_the_field() {
         (2, 7, " byte 8: coord_frac_bits is 7, expected 8 to 28"),
         (6, 3, " byte 24: the rounding is 3, expected 0 to 2"),
         (7, 1 << 23, " byte 28: the number of patches is 8388608, expected 0 to 4194304"),
-        (7, 1, " byte 64: the ray's control word is"),
-        (8, 100, ": the ray record is cut off after 0 of its words, expected 6 words"),
-        (8, 3, ": the end of the records is followed by 6 words, expected the CRC"),
-        (9, 1, ": the test record is cut off after 0 of its words, expected 4 words"),
-        (10, 1, " byte 40: the reserved word is 1, expected 0"),
+        (
+            7,
+            1,
+            " byte 184: the length of the file is 184 bytes, expected 164 bytes for 1 patches, 4 rays, 0 tests",
+        ),
+        (8, 100, ": the length of the file is 184 bytes, expected 2488 bytes for 2 patches, 100 rays"),
+        (8, 3, ": the length of the file is 184 bytes, expected 160 bytes"),
+        (
+            9,
+            1,
+            ": the length of the file is 184 bytes, expected 840 to 968 bytes for 2 patches, 4 rays, 1 tests",
+        ),
+        (10, 8, " byte 40: the grid is 8, expected 0 to 7"),
         (patches + 4, 1 << 31, " byte 44: a bit of the patch record outside its fields is 1, expected 0"),
         (rays + 3, 8, " byte 84: the ray's control word is 8, expected 0 to 7"),
         (rays + 3, 0, " byte 84: a bit of the ray record outside its fields is 1, expected 0"),
@@ -330,11 +355,75 @@ fn binary_with_a_fault_names_the_byte_and_the_field() {
         assert!(e.contains(message), "word {at} = {word}: {e}");
     }
     let e = from_binary(&good[..good.len() - 4]).unwrap_err().to_string();
-    assert!(e.contains("the CRC is"), "{e}");
+    assert!(e.contains("the length of the file is 180 bytes, expected 184 bytes"), "{e}");
+    let mut flipped = good.clone();
+    flipped[50] ^= 1;
+    let e = from_binary(&flipped).unwrap_err().to_string();
+    assert!(e.starts_with(" byte 180: the CRC is"), "{e}");
+    // Counts of a file far larger than this one are refused by its length: before the CRC, and before any record.
+    let mut hostile = good.clone();
+    hostile[32..36].copy_from_slice(&(MAX_RAYS as u32).to_le_bytes());
+    let e = from_binary(&hostile).unwrap_err().to_string();
+    assert!(e.contains("the length of the file is 184 bytes, expected 402653344 bytes"), "{e}");
+    let e = from_binary(b"PK\x03\x04").unwrap_err().to_string();
+    assert_eq!(e, " byte 0: the magic is 'PK\\x03\\x04', expected RVEC");
+    for empty in [from_binary(&[]), Vectors::from_bytes(&[])] {
+        assert_eq!(empty.unwrap_err().to_string(), " byte 0: the file is empty, expected test vectors");
+    }
     let e = from_binary(&good[..7]).unwrap_err().to_string();
     assert!(e.contains("the length of the file is 7 bytes, expected a multiple of 4"), "{e}");
     let e = Vectors::from_bytes(b"vectors,1\n\xff").unwrap_err().to_string();
     assert!(e.starts_with(" byte 10: the file is no UTF-8 text"), "{e}");
+}
+
+#[test]
+fn csv_cut_off_anywhere_is_refused() {
+    let vectors = Vectors { grid_log2: Some(4), ..from_csv(SMALL).unwrap() };
+    let text = to_csv(&vectors);
+    let text = text.trim_end();
+    let start = text.find("vectors,1\n").unwrap();
+    let mut n = 0;
+    for cut in start..text.len() {
+        assert!(from_csv(&text[..cut]).is_err(), "cut at byte {cut}: {:?}", &text[start..cut]);
+        n += 1;
+    }
+    assert!(n > 200, "{n}");
+    assert_eq!(from_csv(text), Ok(vectors));
+    let e = from_csv(small_open()).unwrap_err().to_string();
+    assert_eq!(
+        e,
+        ":8: the end of the file is here, expected a line end,patches,rays,tests after 2 patches, 4 rays, 0 tests"
+    );
+}
+
+#[test]
+fn csv_with_anything_but_comments_behind_its_end_is_refused() {
+    assert!(from_csv(&format!("{SMALL}\n# done\n")).is_ok());
+    for line in ["end,2,4,0", "ray,any,0,0,0,255,0,0,3", "x"] {
+        let e = from_csv(&format!("{SMALL}{line}\n")).unwrap_err().to_string();
+        assert!(
+            e.starts_with(":10: the record is '") && e.ends_with("expected nothing after the record end"),
+            "{e}"
+        );
+    }
+}
+
+#[test]
+fn csv_with_a_grid_keeps_it_and_takes_it_once() {
+    let with = |grid: &str| from_csv(&SMALL.replacen("patch,7", &format!("{grid}patch,7"), 1));
+    assert_eq!(with("").unwrap().grid_log2, None);
+    assert_eq!(with("grid,7\n").unwrap().grid_log2, Some(7));
+    let e = with("grid,7\ngrid,7\n").unwrap_err().to_string();
+    assert_eq!(e, ":4: the grid is there twice, expected once: it is 7 already");
+    assert!(to_csv(&with("grid,7\n").unwrap()).contains("\ngrid,7\n"));
+}
+
+#[test]
+fn csv_with_a_byte_order_mark_is_read_as_without() {
+    let marked = format!("\u{feff}{SMALL}");
+    assert_eq!(VectorsFormat::sniff(marked.as_bytes()), Some(VectorsFormat::Csv));
+    assert_eq!(Vectors::from_bytes(marked.as_bytes()), from_csv(SMALL));
+    assert!(from_csv(SMALL).is_ok());
 }
 
 #[test]
