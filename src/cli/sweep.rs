@@ -1,4 +1,4 @@
-//! The values of `verify --sweep`: `NAME=FROM..TO[:STEP]`, both ends included.
+//! The values of `verify --sweep`: `NAME=FROM..TO[:STEP]`, both ends included, TO also where the steps miss it.
 //!
 //! ```text
 //! text, board --parse--> Sweep: parameter, a board a value
@@ -50,7 +50,9 @@ impl Sweep {
         }
         let mut boards = Vec::new();
         // No range of a format has more values than this.
-        for value in (from..=to).step_by(step as usize).take(64) {
+        let values = (from..=to).step_by(step as usize).take(64);
+        let last = Some(to).filter(|to| !(to - from).is_multiple_of(step));
+        for value in values.chain(last) {
             let mut board = spec.clone();
             let f = &mut board.formats;
             match parameter {
@@ -95,6 +97,9 @@ mod tests {
         let keep = parse("cross_keep_bits=16..48:16").unwrap();
         assert_eq!(keep.boards.len(), 3);
         assert_eq!(keep.boards[2].1.formats.cross_keep_bits, Some(48));
+        let values = |text| parse(text).unwrap().boards.iter().map(|b| b.0).collect::<Vec<_>>();
+        assert_eq!(values("coord_frac_bits=8..28:8"), [8, 16, 24, 28]);
+        assert_eq!(values("coord_frac_bits=8..10:5"), [8, 10]);
         assert_eq!(parse("t_frac_bits=32..32").unwrap().boards.len(), 1);
         assert_eq!(parse("dir_frac_bits = 8 .. 9").unwrap().boards.len(), 2);
     }
@@ -111,6 +116,7 @@ mod tests {
             ("t_frac_bits=8..4000000000", "t_frac_bits = 33 is outside 8..=32"),
             ("cross_keep_bits=4..49:45", "cross_keep_bits = 49 is outside 4..=48"),
             ("coord_frac_bits=9..8", "FROM is 9, expected at most TO, 8"),
+            ("coord_frac_bits=8..29:20", "coord_frac_bits = 29 is outside 8..=28"),
             ("coord_frac_bits=8..9:0", "STEP is 0"),
             ("coord_frac_bits=8..x", "TO is 'x', expected a whole number"),
             ("coord_frac_bits=-8..9", "FROM is '-8', expected a whole number"),

@@ -89,6 +89,8 @@ pub struct Findings {
     pub first_mismatch: Option<MismatchFacts>,
     /// Rays whose answers differ between board and software, by cause.
     pub misclassified: MisclassifiedFacts,
+    /// The same by purpose, in the order of `rays`; shares are of that purpose's rays.
+    pub misclassified_by_purpose: Vec<PurposeMisclassified>,
     /// The first of them without a known cause.
     pub first_unexplained: Option<UnexplainedFacts>,
     /// Error of t against software.
@@ -114,6 +116,11 @@ pub struct MisclassifiedFacts {
 }
 
 impl MisclassifiedFacts {
+    fn new(by_cause: Misclassified, n_rays: u64) -> MisclassifiedFacts {
+        let total = by_cause.total();
+        MisclassifiedFacts { by_cause, total, share: share(total, n_rays) }
+    }
+
     /// The causes with their names.
     pub fn causes(&self) -> [(&'static str, u64); 4] {
         let m = &self.by_cause;
@@ -121,18 +128,57 @@ impl MisclassifiedFacts {
     }
 }
 
-/// Error of t, in coordinate steps and in metres.
+/// Rays of one purpose that board and software answer differently.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct PurposeMisclassified {
+    /// What they are cast for.
+    pub purpose: crate::raycast::Purpose,
+    /// How many.
+    #[serde(flatten)]
+    pub misclassified: MisclassifiedFacts,
+}
+
+/// Error of t as a distance where board and software name the same patch, in coordinate steps and in metres; magnitudes
+/// are absent of no hits.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct TErrorFacts {
-    /// In steps.
-    #[serde(flatten)]
-    pub steps: TError,
+    /// Hits compared.
+    pub n: u64,
+    /// Of these, hits for whose error a finite bound is derived.
+    pub n_bounded: u64,
+    /// Median (coordinate steps).
+    pub median_steps: Option<f64>,
+    /// 99th percentile (coordinate steps).
+    pub p99_steps: Option<f64>,
+    /// Largest (coordinate steps).
+    pub max_steps: Option<f64>,
     /// Median (m).
-    pub median_m: f64,
+    pub median_m: Option<f64>,
     /// 99th percentile (m).
-    pub p99_m: f64,
+    pub p99_m: Option<f64>,
     /// Largest (m).
-    pub max_m: f64,
+    pub max_m: Option<f64>,
+    /// Largest ratio of an error to its derived bound; absent where no bound applies.
+    pub max_of_bound: Option<f64>,
+}
+
+impl TErrorFacts {
+    fn new(t: &TError, step_m: f64) -> TErrorFacts {
+        let of_hits = |steps: f64| (t.n > 0).then_some(steps);
+        let [median_steps, p99_steps, max_steps] = [t.median_steps, t.p99_steps, t.max_steps].map(of_hits);
+        let in_m = |steps: Option<f64>| steps.map(|steps| steps * step_m);
+        TErrorFacts {
+            n: t.n,
+            n_bounded: t.n_bounded,
+            median_steps,
+            p99_steps,
+            max_steps,
+            median_m: in_m(median_steps),
+            p99_m: in_m(p99_steps),
+            max_m: in_m(max_steps),
+            max_of_bound: t.max_of_bound,
+        }
+    }
 }
 
 /// A hit in words.
@@ -252,8 +298,12 @@ impl UnexplainedFacts {
 impl Findings {
     /// The findings of a verification whose coordinates have steps of `step_m`.
     pub fn new(v: &Verification, step_m: f64) -> Findings {
-        let m = v.misclassified;
-        let total = m.edge + m.depth_tie + m.t_step + m.unexplained;
+        let of_purpose = |rays: &PurposeRays| {
+            let all = v.misclassified_by_purpose.iter().filter(|(purpose, _)| *purpose == rays.purpose);
+            let sum = all.fold(Misclassified::default(), |sum, (_, of)| sum.plus(*of));
+            let misclassified = MisclassifiedFacts::new(sum, rays.verified);
+            PurposeMisclassified { purpose: rays.purpose, misclassified }
+        };
         Findings {
             formats: v.formats,
             step_m,
@@ -264,14 +314,10 @@ impl Findings {
             n_mismatches: v.n_mismatches,
             oracle_scope: v.oracle_scope,
             first_mismatch: v.first_mismatch.as_ref().map(MismatchFacts::new),
-            misclassified: MisclassifiedFacts { by_cause: m, total, share: share(total, v.n_rays()) },
+            misclassified: MisclassifiedFacts::new(v.misclassified, v.n_rays()),
+            misclassified_by_purpose: v.rays.iter().map(of_purpose).collect(),
             first_unexplained: v.first_unexplained.as_ref().map(UnexplainedFacts::new),
-            t_error: TErrorFacts {
-                steps: v.t_error,
-                median_m: v.t_error.median_steps * step_m,
-                p99_m: v.t_error.p99_steps * step_m,
-                max_m: v.t_error.max_steps * step_m,
-            },
+            t_error: TErrorFacts::new(&v.t_error, step_m),
             wires: v.wires.clone(),
             first_test: v.first_test.clone(),
             image: v.image,

@@ -7,7 +7,8 @@
 use std::fmt::Write as _;
 
 use rtl_model::fixed::Formats;
-use rtl_model::spec::BoardSpec;
+use rtl_model::fixed::division::DividerForm;
+use rtl_model::spec::{BoardSpec, DivisionSpec, DivisionUnit};
 
 use super::si::{count, number, percent, share};
 use super::terminal::{line, purpose_name, scene_line, time_line};
@@ -20,11 +21,11 @@ pub fn verify_summary(r: &VerifyReport) -> String {
     scene_line(&mut out, &r.scene);
     match (&r.findings, &r.sweep) {
         (_, Some(sweep)) => {
-            line(&mut out, "board", board_text(&r.board, None));
+            board_lines(&mut out, &r.board, None);
             sweep_table(&mut out, sweep);
         }
         (Some(findings), None) => {
-            line(&mut out, "board", board_text(&r.board, Some(&findings.formats)));
+            board_lines(&mut out, &r.board, Some(&findings.formats));
             findings_text(&mut out, findings);
         }
         (None, None) => {}
@@ -48,19 +49,64 @@ pub fn verify_summary(r: &VerifyReport) -> String {
     out
 }
 
-fn board_text(board: &BoardSpec, formats: Option<&Formats>) -> String {
+fn board_lines(out: &mut String, board: &BoardSpec, formats: Option<&Formats>) {
     match formats {
-        Some(formats) => format!("{}: {}", board.name, formats_text(formats)),
-        None => board.name.clone(),
+        Some(formats) => line(out, "board", format_args!("{}: {}", board.name, formats_text(formats))),
+        None => line(out, "board", &board.name),
     }
+    if let Some(division) = division_text(&board.division) {
+        line(out, "", format_args!("division: {division}"));
+    }
+}
+
+/// The division unit, if it is named.
+fn division_text(d: &DivisionSpec) -> Option<String> {
+    let form = match d.form {
+        DividerForm::Serial => "serial",
+        DividerForm::Unrolled => "unrolled",
+    };
+    match d.unit {
+        DivisionUnit::InPipeline => None,
+        DivisionUnit::NonRestoring => Some(format!("non-restoring, radix {}, {form}", 1u64 << d.radix_log2)),
+        DivisionUnit::Newton => Some(format!(
+            "Newton, table of {} index bits, {} iterations of {}-cycle multiplications, {form}",
+            d.table_bits, d.iterations, d.multiplier_cycles
+        )),
+    }
+}
+
+fn keep_text(f: &Formats) -> String {
+    match f.cross_keep_bits {
+        Some(k) if f.cross_drop() > 0 => format!("edge normals rounded to {k}"),
+        _ => "edge normals in full".to_owned(),
+    }
+}
+
+/// The formats that a sweep of `parameter` holds fixed, in a line; the other widths may be of any of its values.
+pub fn held_fixed_text(parameter: &str, f: &Formats) -> String {
+    let widths = [
+        ("coord_frac_bits", "coordinates", f.coord_frac_bits),
+        ("dir_frac_bits", "directions", f.dir_frac_bits),
+        ("t_frac_bits", "t", f.t_frac_bits),
+    ];
+    let fixed = widths.iter().filter(|(name, ..)| parameter != *name && parameter != "frac_bits");
+    let fixed: Vec<String> = fixed.map(|(_, role, bits)| format!("{role} {bits}")).collect();
+    let widths = match fixed.is_empty() {
+        true => String::new(),
+        false => format!("fraction bits: {}, ", fixed.join(", ")),
+    };
+    let keep = match (parameter, f.cross_keep_bits) {
+        ("cross_keep_bits", _) => String::new(),
+        // Which values round depends on the swept coordinates.
+        ("coord_frac_bits" | "frac_bits", Some(k)) => format!("edge normals of at most {k}; "),
+        _ => format!("{}; ", keep_text(f)),
+    };
+    format!("{widths}{keep}{}", crate::vectors::rounding_name(f.rounding))
 }
 
 /// Number formats in a line.
 pub fn formats_text(f: &Formats) -> String {
-    let keep = match f.cross_keep_bits {
-        Some(k) if f.cross_drop() > 0 => format!("edge normals rounded to {k}"),
-        _ => "edge normals in full".to_owned(),
-    };
+    let keep = keep_text(f);
     format!(
         "fraction bits: coordinates {}, directions {}, t {}, {keep}; {}",
         f.coord_frac_bits,
@@ -82,9 +128,16 @@ fn findings_text(out: &mut String, f: &Findings) {
         "workload",
         format_args!("{} of the {} of both passes", count(f.n_rays, "rays"), count(cast, "rays")),
     );
-    for r in &f.rays {
-        let row =
-            format_args!("{:<14} {:>11} verified of {:>13}", purpose_name(r.purpose), r.verified, r.cast);
+    for (r, differ) in f.rays.iter().zip(&f.misclassified_by_purpose) {
+        let differ = &differ.misclassified;
+        let row = format_args!(
+            "{:<14} {:>11} verified of {:>13}   {:>9} misclassified {:>9}",
+            purpose_name(r.purpose),
+            r.verified,
+            r.cast,
+            differ.total,
+            column_percent(differ.total, r.verified)
+        );
         line(out, "", row);
     }
     line(
@@ -117,28 +170,15 @@ fn findings_text(out: &mut String, f: &Findings) {
     for (cause, n) in m.causes() {
         line(out, "", format_args!("{cause:<14} {n:>11}   {:>10} of the rays", column_percent(n, f.n_rays)));
     }
-    let t = &f.t_error;
-    let in_mm = |steps: f64, m: f64| format!("{} steps = {} mm", short(steps), short(1e3 * m));
-    line(
-        out,
-        "t error",
-        format_args!(
-            "median {}, p99 {}, max {}",
-            in_mm(t.steps.median_steps, t.median_m),
-            in_mm(t.steps.p99_steps, t.p99_m),
-            in_mm(t.steps.max_steps, t.max_m)
-        ),
-    );
-    line(
-        out,
-        "",
-        format_args!(
-            "over {} on one patch; a step is {} mm; at most {} of the derived bound",
-            count(t.steps.n, "hits"),
-            short(1e3 * f.step_m),
-            percent(t.steps.max_of_bound)
-        ),
-    );
+    if f.formats.cross_drop() > 0 && m.total > 0 {
+        line(
+            out,
+            "",
+            "edge normals are rounded: bounds are wide or absent, so most causes will be 'edge' or 't step'",
+        );
+        line(out, "", "by the rounding of the products itself");
+    }
+    t_error_text(out, f);
     wires_table(out, f);
     first_test_table(out, &f.first_test);
     if let Some(d) = &f.image {
@@ -146,14 +186,40 @@ fn findings_text(out: &mut String, f: &Findings) {
             out,
             "\nimage",
             format_args!(
-                " {} of {} pixels differ, RMSE {} of the mean luminance, largest {}",
-                d.n_differing,
+                " {} of {} pixels differ by over 1 % of the mean luminance, RMSE {} of it, largest {}",
+                d.n_over_1_percent,
                 d.n_pixels,
                 percent(d.rmse_relative),
                 percent(d.max_relative)
             ),
         );
     }
+}
+
+fn t_error_text(out: &mut String, f: &Findings) {
+    let t = &f.t_error;
+    let magnitudes = [(t.median_steps, t.median_m), (t.p99_steps, t.p99_m), (t.max_steps, t.max_m)];
+    let [median, p99, max] = magnitudes.map(|(steps, m)| Some((steps?, m?)));
+    let (Some(median), Some(p99), Some(max)) = (median, p99, max) else {
+        line(out, "t error", "no hits on one patch");
+        return;
+    };
+    let in_mm = |(steps, m): (f64, f64)| format!("{} = {} mm", short(steps), short(1e3 * m));
+    line(
+        out,
+        "t error",
+        format_args!("in coordinate steps: median {}, p99 {}, max {}", in_mm(median), in_mm(p99), in_mm(max)),
+    );
+    let without = t.n - t.n_bounded;
+    let bound = match t.max_of_bound {
+        None => format!("no bound applies to {without} of {}", t.n),
+        Some(most) if without == 0 => format!("at most {} of the derived bound", percent(most)),
+        Some(most) => {
+            format!("at most {} of the derived bound; none applies to {without} of {}", percent(most), t.n)
+        }
+    };
+    let hits = count(t.n, "hits");
+    line(out, "", format_args!("over {hits} on one patch; a step is {} mm; {bound}", short(1e3 * f.step_m)));
 }
 
 fn mismatches(n: u64) -> String {
@@ -169,23 +235,28 @@ fn wires_table(out: &mut String, f: &Findings) {
     let wire = wire.max("wire".len());
     let _ = writeln!(
         out,
-        "\n{:<wire$}  {:>4}  {:>12}  {:>12}  {:>9}  {:>10}",
-        "wire", "bits", "can carry", "seen", "of that", "spare bits"
+        "\n{:<wire$}  {:>4}     {:>10}  {:>14}  {:>9}  {:>10}  |{:<20}|",
+        "wire", "bits", "can carry", "seen", "of that", "spare bits", "bits needed (log2)"
     );
     for w in &f.wires {
-        let used = if w.max_magnitude == 0 { 0.0 } else { w.seen as f64 / w.max_magnitude as f64 };
-        let _ = writeln!(
-            out,
-            "{:<wire$}  {:>4}  {:>12}  {:>12}  {:>9}  {:>10}  |{:<20}|",
-            w.wire,
-            w.bits,
-            power(w.max_magnitude),
-            power(w.seen),
-            percent(used),
-            w.spare_bits,
-            bits_bar(w.bits, w.spare_bits),
-        );
+        let sign = if w.signed { "s" } else { "u" };
+        let _ = write!(out, "{:<wire$}  {:>4} {sign}   {:>10}", w.wire, w.bits, power(w.max_magnitude));
+        let _ = match (w.seen, w.spare_bits) {
+            (Some(seen), Some(spare)) => {
+                let used = seen as f64 / w.max_magnitude.max(1) as f64;
+                let (seen, bar) = (power(seen), bits_bar(w.bits, spare));
+                writeln!(out, "  {seen:>14}  {:>9}  {spare:>10}  |{bar:<20}|", percent(used))
+            }
+            _ => {
+                let why = if w.observed { "not exercised" } else { "not observed" };
+                writeln!(out, "  {why:>14}  {:>9}  {:>10}", "-", "-")
+            }
+        };
     }
+    let _ = writeln!(
+        out,
+        "s: one of the bits is a sign, u: unsigned; the bar counts bits of the width, so it is log2"
+    );
 }
 
 /// The bits that tests needed as a bar of 20.
@@ -244,6 +315,9 @@ const BAR_DECADES: [f64; 2] = [-6.0, 0.0];
 /// Characters of the bar: four a decade.
 const BAR: usize = 24;
 
+/// Marks values whose edge normals are rounded.
+const ROUNDED: char = '*';
+
 fn sweep_table(out: &mut String, sweep: &SweepReport) {
     let Some(first) = sweep.rows.first() else { return };
     let rays = match sweep.rows.iter().map(|r| r.findings.n_rays).max() {
@@ -254,6 +328,7 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
     let last = sweep.rows.last().map_or(first.value, |r| r.value);
     let text = format!("{} {} to {last}, {rays} each", sweep.parameter, first.value);
     line(out, "sweep", text);
+    line(out, "held fixed", held_fixed_text(sweep.parameter, &first.findings.formats));
     let widths: Vec<u32> = first.findings.first_test.iter().map(|s| s.bits).collect();
     let _ = writeln!(
         out,
@@ -265,7 +340,7 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
         if widths.is_empty() { String::new() } else { "| undecided at first-test bits, %".to_owned() }
     );
     let row = |out: &mut String, cells: &[String]| {
-        let _ = write!(out, "{:>5} {:>6}", cells[0], cells[1]);
+        let _ = write!(out, "{:>6}{:>6}", cells[0], cells[1]);
         for (i, cell) in cells.iter().enumerate().skip(2) {
             let bar = if matches!(i, 2 | 7 | 11) { " |" } else { "" };
             let width = if (7..11).contains(&i) { 7 } else { 6 };
@@ -274,27 +349,47 @@ fn sweep_table(out: &mut String, sweep: &SweepReport) {
         out.push('\n');
     };
     let titles =
-        ["bits", "differ", "edge", "tie", "t step", "unexpl", "all", "median", "p99", "max", "max mm"];
+        ["bits ", "differ", "edge", "tie", "t step", "unexpl", "all", "median", "p99", "max", "max mm"];
     let titles = titles.into_iter().map(str::to_owned).chain(widths.iter().map(u32::to_string));
     row(out, &titles.collect::<Vec<_>>());
     for swept in &sweep.rows {
         let f = &swept.findings;
         let m = &f.misclassified;
         let pc = |n: u64| short(100.0 * share(n, f.n_rays));
-        let mut cells = vec![swept.value.to_string(), f.n_mismatches.to_string()];
+        let mark = if f.formats.cross_drop() > 0 { ROUNDED } else { ' ' };
+        let mut cells = vec![format!("{}{mark}", swept.value), f.n_mismatches.to_string()];
         cells.extend(m.causes().map(|(_, n)| pc(n)));
         cells.push(pc(m.total));
         let t = &f.t_error;
-        cells.extend([t.steps.median_steps, t.steps.p99_steps, t.steps.max_steps, 1e3 * t.max_m].map(short));
+        let max_mm = t.max_m.map(|m| 1e3 * m);
+        let or_none = |value: Option<f64>| value.map_or("-".to_owned(), short);
+        cells.extend([t.median_steps, t.p99_steps, t.max_steps, max_mm].map(or_none));
         cells.extend(f.first_test.iter().map(|s| short(100.0 * share(s.undecided, s.tests))));
         row(out, &cells);
     }
+    if sweep.rows.iter().any(|row| row.findings.formats.cross_drop() > 0) {
+        let _ = writeln!(
+            out,
+            "{ROUNDED} edge normals are rounded: bounds are wide or absent, most causes will be 'edge' or 't step'"
+        );
+    }
     let [low, high] = BAR_DECADES.map(|d| number(10_f64.powf(d + 2.0)));
     let _ = writeln!(out, "\nmisclassified, {low} % to {high} % on a logarithmic scale, . = none");
+    let has_images = sweep.rows.iter().any(|row| row.findings.image.is_some());
+    if has_images {
+        let _ = writeln!(out, "{:>47}  image RMSE %", "");
+    }
     for row in &sweep.rows {
         let m = &row.findings.misclassified;
-        let bar = log_bar(m.share);
-        let _ = writeln!(out, "{:>5}  |{bar:<BAR$}| {}", row.value, percent(m.share));
+        let (bar, of_rays) = (log_bar(m.share), percent(m.share));
+        let rmse = row.findings.image.map(|d| short(100.0 * d.rmse_relative));
+        let _ = match has_images {
+            true => {
+                let rmse = rmse.as_deref().unwrap_or("-");
+                writeln!(out, "{:>5}  |{bar:<BAR$}| {of_rays:<12}  {rmse:>12}", row.value)
+            }
+            false => writeln!(out, "{:>5}  |{bar:<BAR$}| {of_rays}", row.value),
+        };
     }
     if !widths.is_empty() {
         let wrong: u64 = sweep.rows.iter().map(|r| r.findings.n_first_test_wrong()).sum();
@@ -323,6 +418,18 @@ mod tests {
         Misclassified, OracleScope, PurposeRays, TError, Verification, VerifyOptions, WireMargin,
     };
 
+    fn idle_wire(wire: &'static str, observed: bool) -> WireMargin {
+        WireMargin {
+            wire,
+            bits: 8,
+            signed: false,
+            max_magnitude: 255,
+            observed,
+            seen: None,
+            spare_bits: None,
+        }
+    }
+
     fn verification(n_mismatches: u64, wrong: u64) -> Verification {
         Verification {
             formats: Formats { cross_keep_bits: Some(20), ..Formats::default() },
@@ -333,10 +440,32 @@ mod tests {
             first_mismatch: None,
             oracle_scope: OracleScope::TestedPatches,
             misclassified: Misclassified { edge: 10, depth_tie: 3, t_step: 2, unexplained: 0 },
-            misclassified_by_purpose: Vec::new(),
+            misclassified_by_purpose: vec![(
+                Purpose::Shadow,
+                Misclassified { edge: 10, depth_tie: 3, t_step: 2, unexplained: 0 },
+            )],
             first_unexplained: None,
-            t_error: TError { n: 900, median_steps: 0.25, p99_steps: 2.0, max_steps: 8.0, max_of_bound: 0.5 },
-            wires: vec![WireMargin { wire: "a", bits: 10, max_magnitude: 512, seen: 64, spare_bits: 2 }],
+            t_error: TError {
+                n: 900,
+                n_bounded: 700,
+                median_steps: 0.25,
+                p99_steps: 2.0,
+                max_steps: 8.0,
+                max_of_bound: Some(0.5),
+            },
+            wires: vec![
+                WireMargin {
+                    wire: "a",
+                    bits: 10,
+                    signed: true,
+                    max_magnitude: 512,
+                    observed: true,
+                    seen: Some(64),
+                    spare_bits: Some(2),
+                },
+                idle_wire("b", true),
+                idle_wire("c", false),
+            ],
             first_test: vec![FirstTestShare {
                 bits: 8,
                 tests: 1000,
@@ -391,15 +520,66 @@ mod tests {
             "over the patches that the board tests",
             "15 of 1000 rays misclassified = 1.50 %",
             "1.00 % of the rays",
-            "median 0.250 steps = 0.250 mm, p99 2.00 steps = 2.00 mm, max 8.00 steps = 8.00 mm",
-            "at most 50.0 % of the derived bound",
-            "2^9.00        2^6.00     12.5 %",
+            "verified of          5000          15 misclassified    1.50 %",
+            "edge normals are rounded: bounds are wide or absent",
+            "in coordinate steps: median 0.250 = 0.250 mm, p99 2.00 = 2.00 mm, max 8.00 = 8.00 mm",
+            "at most 50.0 % of the derived bound; none applies to 200 of 900",
+            "a       10 s       2^9.00          2^6.00     12.5 %",
+            "b        8 u       2^7.99   not exercised          -           -\n",
+            "c        8 u       2^7.99    not observed          -           -\n",
             "|################    |",
             "80.0 %      15.0 %      5.00 %       0",
             "\npassed ",
         ] {
             assert!(text.contains(part), "'{part}' is missing in\n{text}");
         }
+    }
+
+    #[test]
+    fn t_error_without_bounds_or_hits_says_so_and_is_null() {
+        let told = |t_error: TError| {
+            let found = Findings::new(&Verification { t_error, ..verification(0, 0) }, 1e-3);
+            let json = serde_json::to_value(found.t_error).unwrap();
+            let mut report = report(0, 0);
+            report.findings = Some(found);
+            (verify_summary(&report), json)
+        };
+        let (text, json) = told(TError { n: 200, ..TError::default() });
+        assert!(
+            text.contains("; no bound applies to 200 of 200\n") && text.contains("median 0 = 0 mm"),
+            "{text}"
+        );
+        assert!(json["max_of_bound"].is_null() && json["median_m"] == 0.0, "{json}");
+        let (text, json) = told(TError::default());
+        assert!(text.contains("t error    no hits on one patch\n"), "{text}");
+        assert!(json["max_of_bound"].is_null() && json["max_m"].is_null() && json["n"] == 0, "{json}");
+    }
+
+    #[test]
+    fn division_unit_is_named_unless_it_is_in_the_pipeline() {
+        assert!(!verify_summary(&report(0, 0)).contains("division"));
+        let mut report = report(0, 0);
+        report.board.division.unit = DivisionUnit::NonRestoring;
+        report.board.division.radix_log2 = 2;
+        let text = verify_summary(&report);
+        assert!(text.contains("\n           division: non-restoring, radix 4, unrolled\n"), "{text}");
+    }
+
+    #[test]
+    fn held_fixed_of_a_sweep_leaves_out_what_changes() {
+        let formats = Formats { cross_keep_bits: Some(20), ..Formats::default() };
+        let cases = [
+            (
+                "dir_frac_bits",
+                "fraction bits: coordinates 24, t 24, edge normals rounded to 20; nearest-even",
+            ),
+            ("cross_keep_bits", "fraction bits: coordinates 24, directions 24, t 24, nearest-even"),
+            ("frac_bits", "edge normals of at most 20; nearest-even"),
+        ];
+        for (parameter, text) in cases {
+            assert_eq!(held_fixed_text(parameter, &formats), text);
+        }
+        assert_eq!(held_fixed_text("frac_bits", &Formats::default()), "edge normals in full; nearest-even");
     }
 
     #[test]
@@ -435,12 +615,44 @@ mod tests {
         let bars =
             |line: &str| line.char_indices().filter(|(_, c)| *c == '|').map(|(i, _)| i).collect::<Vec<_>>();
         assert!(table[1..].iter().all(|line| bars(line) == bars(table[1])), "{text}");
-        assert!(table[2].starts_with("    8      0 |   10.0"), "{text}");
+        assert!(table[2].starts_with("    8*     0 |   10.0"), "{text}");
+        assert!(
+            text.contains("\nheld fixed fraction bits: coordinates 24, directions 24, edge normals"),
+            "{text}"
+        );
+        assert!(text.contains("\n* edge normals are rounded") && !text.contains("image RMSE"), "{text}");
         let bar = |value: &str| {
             let line = text.lines().find(|l| l.starts_with(&format!("   {value}  |"))).unwrap();
             line.matches('#').count()
         };
         assert_eq!((bar(" 8"), bar("12"), bar("16")), (20, 16, 0));
+    }
+
+    #[test]
+    fn sweep_plot_of_many_first_tests_grows_and_draws_the_later_ones_dashed() {
+        let share = verification(0, 0).first_test[0];
+        let with = |n: u32| {
+            let rows = [8, 9].map(|value| {
+                let first_test = (0..n).map(|i| FirstTestShare { bits: 4 + i, ..share }).collect();
+                let found = Verification { first_test, t_error: TError::default(), ..verification(0, 0) };
+                SweepRow { value, findings: Findings::new(&found, 1e-3) }
+            });
+            let sweep = SweepReport { parameter: "t_frac_bits", rows: rows.to_vec() };
+            super::super::sweep_plot::sweep_svg(&sweep, &"long ".repeat(30), "b").unwrap()
+        };
+        let height = |svg: &str| {
+            svg.split("height=\"").nth(1).unwrap().split('"').next().unwrap().parse::<u32>().unwrap()
+        };
+        let (few, many) = (with(6), with(16));
+        assert!(height(&many) > height(&few), "{} {}", height(&many), height(&few));
+        let lines = |svg: &str| svg.matches("<polyline").count() + svg.matches("<line").count();
+        assert!(
+            lines(&many) > lines(&few) + 10 && many.contains("19 bits") && many.contains("largest: no hits")
+        );
+        assert_eq!((few.matches("<polygon").count(), many.matches("<polygon").count()), (0, 3 * 10));
+        let width =
+            many.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse::<usize>().unwrap();
+        assert!(width > 150 * 11, "{width}");
     }
 
     #[test]
@@ -457,8 +669,15 @@ mod tests {
         {
             assert!(svg.contains(part), "'{part}' is missing");
         }
-        // Four values of 'all', 'edge', the three errors and one first test, less two values of 0; legends: 5 + 3 + 1.
-        assert_eq!(svg.matches("<circle").count(), 4 * 6 - 2 + 9);
+        // Four values of each of 5 shares, 3 errors, 1 first test; legends: one each. Zeros are open: one of 'all' and of
+        // 'edge', all of three causes.
+        assert_eq!(svg.matches("<circle").count(), 4 * 9 + 9);
+        let open = svg.lines().filter(|l| l.starts_with("<circle") && l.contains("fill=\"none\"")).count();
+        assert_eq!(open, 2 + 3 * 4);
+        assert!(
+            svg.contains("held fixed: fraction bits: coordinates 24, t 24")
+                && svg.contains("; 8 to 11 round edge normals")
+        );
         let one = SweepReport { rows: rows[1..2].to_vec(), ..sweep };
         assert!(super::super::sweep_plot::sweep_svg(&one, "s", "b").unwrap().contains("<svg"));
     }

@@ -64,6 +64,11 @@ pub(super) enum Cause {
     Unexplained,
 }
 
+/// The larger of both; what is no number stays visible, unlike in `f64::max`.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
 /// The scene in both worlds, and the formats' bounds.
 #[derive(Clone, Debug)]
 pub(super) struct Bounds<'a> {
@@ -182,11 +187,12 @@ impl<'a> Bounds<'a> {
         along + ray.stretch * t + self.t_rounding * board_length(ray.words.dir, self.formats.dir_frac_bits)
     }
 
-    /// Difference of the two distances in coordinate steps, and over its bound, where both name one patch.
-    pub fn t_error(&self, board: &Reach, software: &Reach) -> (f64, f64) {
+    /// Difference of the two distances in coordinate steps, and over its bound if that is finite, where both name one
+    /// patch.
+    pub fn t_error(&self, board: &Reach, software: &Reach) -> (f64, Option<f64>) {
         let error = (board.distance - software.distance).abs();
-        let bound = board.bound.max(software.bound);
-        let of_bound = if error == 0.0 { 0.0 } else { error / bound };
+        let bound = larger(board.bound, software.bound);
+        let of_bound = (bound != f64::INFINITY).then_some(if error == 0.0 { 0.0 } else { error / bound });
         (error * f64::from(1u32 << self.formats.coord_frac_bits), of_bound)
     }
 

@@ -7,13 +7,14 @@
 //! between the limit of t is not observed. `cell_product` is the largest of the products that decide the crossing.
 //! Wires of bundles are those of the descriptors of all verified rays; of n x m rays they are largest at a corner.
 //!
-//! Not modelled: the wires of the hemisphere's table and of a direction before its scale is halved once more, which the
-//! datapath keeps to itself; no host casts hemispheres.
+//! Not observed: the wires of the hemisphere's table and of a direction before its scale is halved once more, which the
+//! datapath keeps to itself; no host casts hemispheres. They have a row without magnitudes, and so has a wire on which
+//! nothing but 0 was seen: a scene that does not exercise a wire says nothing about its spare bits.
 
 use rtl_model::datapath::bundle::{BundleWords, JITTER_BITS};
 use rtl_model::datapath::ray_patch::Taps;
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
-use rtl_model::fixed::{Formats, Rounding};
+use rtl_model::fixed::{Formats, Rounding, WireWidth};
 use rtl_model::functional::RayTrace;
 use rtl_model::memory_image::MemoryImage;
 
@@ -177,23 +178,24 @@ impl Seen {
 
     /// Against the width table.
     pub fn margins(mut self, formats: &Formats) -> Vec<WireMargin> {
-        let seen = self.wires().map(|(wire, seen)| (wire, *seen));
-        let table = formats.width_table().into_iter();
-        table
-            .filter_map(|row| {
-                let (_, seen) = seen.iter().find(|(wire, _)| *wire == row.wire)?;
-                let sign = u32::from(!UNSIGNED.contains(&row.wire));
-                let needed = u128::BITS - seen.leading_zeros() + sign;
-                Some(WireMargin {
-                    wire: row.wire,
-                    bits: row.bits,
-                    max_magnitude: row.max_magnitude.unsigned_abs(),
-                    seen: *seen,
-                    // -2^F takes no more bits than 2^F - 1.
-                    spare_bits: row.bits.saturating_sub(needed),
-                })
-            })
-            .collect()
+        let observed = self.wires().map(|(wire, seen)| (wire, *seen));
+        let row = |row: WireWidth| {
+            let largest = observed.iter().find(|(wire, _)| *wire == row.wire).map(|(_, seen)| *seen);
+            let seen = largest.filter(|seen| *seen > 0);
+            let signed = !UNSIGNED.contains(&row.wire);
+            let needed = |seen: u128| u128::BITS - seen.leading_zeros() + u32::from(signed);
+            WireMargin {
+                wire: row.wire,
+                bits: row.bits,
+                signed,
+                max_magnitude: row.max_magnitude.unsigned_abs(),
+                observed: largest.is_some(),
+                seen,
+                // -2^F takes no more bits than 2^F - 1.
+                spare_bits: seen.map(|seen| row.bits.saturating_sub(needed(seen))),
+            }
+        };
+        formats.width_table().into_iter().map(row).collect()
     }
 }
 
@@ -214,12 +216,29 @@ mod tests {
         ["hemisphere_word", "hemisphere_product", "hemisphere_direction", "direction_rounded"];
 
     #[test]
-    fn margins_have_a_row_for_every_wire_of_the_table_that_is_observed() {
+    fn margins_have_a_row_for_every_wire_of_the_table_and_magnitudes_only_of_what_was_seen() {
         let formats = Formats::default();
-        let margins = Seen::default().margins(&formats);
+        let margins = Seen { den: 1, ..Seen::default() }.margins(&formats);
         let table = formats.width_table();
-        let expected = table.iter().map(|row| row.wire).filter(|wire| !NOT_OBSERVED.contains(wire));
-        assert_eq!(margins.iter().map(|m| m.wire).collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+        let wires: Vec<_> = margins.iter().map(|m| m.wire).collect();
+        assert_eq!(wires, table.iter().map(|row| row.wire).collect::<Vec<_>>());
+        let without: Vec<_> = margins.iter().filter(|m| !m.observed).map(|m| m.wire).collect();
+        assert_eq!(without, NOT_OBSERVED);
+        assert!(UNSIGNED.iter().all(|wire| wires.contains(wire)));
+        for margin in &margins {
+            assert_eq!(margin.seen, (margin.wire == "den").then_some(1), "{margin:?}");
+            assert_eq!(margin.spare_bits.is_some(), margin.wire == "den", "{margin:?}");
+        }
+    }
+
+    #[test]
+    fn margin_beyond_2_to_53_is_a_decimal_string_in_json_and_of_nothing_seen_null() {
+        let seen = Seen { num: (1 << 60) + 1, ..Seen::default() };
+        let margins = serde_json::to_value(seen.margins(&Formats::default())).unwrap();
+        let of = |wire: &str| margins.as_array().unwrap().iter().find(|m| m["wire"] == wire).unwrap().clone();
+        assert_eq!(of("num")["seen"], "1152921504606846977");
+        assert_eq!(of("coordinate")["max_magnitude"], "16777216");
+        assert!(of("e")["seen"].is_null() && of("e")["spare_bits"].is_null());
     }
 
     #[test]
@@ -243,10 +262,10 @@ mod tests {
         let seen = Seen { coordinate: one, direction: one / 2 - 1, t: 4 * one, ..Seen::default() };
         let margins = seen.max(&Seen { a: 1, t: 1, ..Seen::default() }).margins(&formats);
         let spare = |wire| margins.iter().find(|m| m.wire == wire).map(|m| (m.bits, m.spare_bits));
-        assert_eq!(spare("coordinate"), Some((25, 0)), "the word -1.0");
-        assert_eq!(spare("direction"), Some((25, 1)));
-        assert_eq!(spare("t"), Some((27, 0)));
-        assert_eq!(spare("a"), Some((26, 24)));
-        assert_eq!(spare("c"), Some((52, 51)), "nothing but the sign");
+        assert_eq!(spare("coordinate"), Some((25, Some(0))), "the word -1.0");
+        assert_eq!(spare("direction"), Some((25, Some(1))));
+        assert_eq!(spare("t"), Some((27, Some(0))));
+        assert_eq!(spare("a"), Some((26, Some(24))));
+        assert_eq!(spare("c"), Some((52, None)), "not exercised");
     }
 }

@@ -14,7 +14,7 @@
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::Formats;
 use rtl_model::oracle::WireDifference;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::image::Difference;
 use crate::mesh::PatchId;
@@ -183,14 +183,16 @@ pub struct Unexplained {
 pub struct TError {
     /// Hits compared.
     pub n: u64,
-    /// Median of |t error| as a distance, in coordinate steps.
+    /// Of these, hits for whose error a finite bound is derived.
+    pub n_bounded: u64,
+    /// Median of |t error| as a distance, in coordinate steps; 0 of none.
     pub median_steps: f64,
     /// 99th percentile.
     pub p99_steps: f64,
     /// Largest.
     pub max_steps: f64,
-    /// Largest ratio of an error to its derived bound; at most 1.
-    pub max_of_bound: f64,
+    /// Largest ratio of an error to its derived bound; at most 1; absent where no bound applies.
+    pub max_of_bound: Option<f64>,
 }
 
 /// How far a wire was used.
@@ -200,12 +202,29 @@ pub struct WireMargin {
     pub wire: &'static str,
     /// Its width.
     pub bits: u32,
-    /// The largest magnitude that it can carry.
+    /// One of its bits is a sign.
+    pub signed: bool,
+    /// The largest magnitude that it can carry; in JSON a decimal string, as it may exceed 2^53.
+    #[serde(serialize_with = "decimal")]
     pub max_magnitude: u128,
-    /// The largest magnitude seen.
-    pub seen: u128,
-    /// Upper bits that no test needed.
-    pub spare_bits: u32,
+    /// Its values are looked at; of some wires the datapath tells nothing.
+    pub observed: bool,
+    /// The largest magnitude seen, in JSON a decimal string; absent where nothing but 0 was seen.
+    #[serde(serialize_with = "decimal_or_null")]
+    pub seen: Option<u128>,
+    /// Upper bits that nothing needed; absent with `seen`.
+    pub spare_bits: Option<u32>,
+}
+
+fn decimal<S: Serializer>(value: &u128, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
+}
+
+fn decimal_or_null<S: Serializer>(value: &Option<u128>, serializer: S) -> Result<S::Ok, S::Error> {
+    match value {
+        Some(value) => decimal(value, serializer),
+        None => serializer.serialize_none(),
+    }
 }
 
 /// What a dual-precision first test of some width would do on the same tests.

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 use rtl_model::datapath::PatchWords;
 
-use super::causes::{Bounds, Cause};
+use super::causes::{Bounds, Cause, larger};
 use super::exact::Answer;
 use super::rays::{Rays, VerifiedRay};
 use super::{Misclassified, TError, Unexplained};
@@ -48,11 +48,20 @@ impl AgainstSoftware {
     }
 }
 
+impl TError {
+    /// One more hit, whose error is this part of its bound if that is finite.
+    fn count_bounded(&mut self, of_bound: Option<f64>) {
+        let Some(of_bound) = of_bound else { return };
+        self.n_bounded += 1;
+        self.max_of_bound = Some(self.max_of_bound.map_or(of_bound, |largest| larger(largest, of_bound)));
+    }
+}
+
 /// What one ray showed.
 enum Outcome {
     BothMiss,
-    /// Error in coordinate steps, and over its bound.
-    SamePatch(f64, f64),
+    /// Error in coordinate steps, and over its bound if that is finite.
+    SamePatch(f64, Option<f64>),
     Differs(Cause),
 }
 
@@ -87,7 +96,7 @@ pub(super) fn compare(
                 Outcome::BothMiss => {}
                 Outcome::SamePatch(error, of_bound) => {
                     errors.push(error);
-                    all.t_error.max_of_bound = all.t_error.max_of_bound.max(of_bound);
+                    all.t_error.count_bounded(of_bound);
                 }
                 Outcome::Differs(Cause::Edge) => count.edge += 1,
                 Outcome::Differs(Cause::DepthTie) => count.depth_tie += 1,
@@ -137,6 +146,24 @@ fn outcome(bounds: &Bounds<'_>, ray: &VerifiedRay, answer: &Answer, software: Op
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn max_of_bound_of_hits_counts_those_with_a_bound_and_keeps_what_is_no_number() {
+        let of = |hits: &[Option<f64>]| {
+            let mut t = TError::default();
+            hits.iter().for_each(|hit| t.count_bounded(*hit));
+            (t.n_bounded, t.max_of_bound)
+        };
+        assert_eq!(of(&[]), (0, None));
+        assert_eq!(of(&[None, None]), (0, None));
+        assert_eq!(of(&[None, Some(0.0)]), (1, Some(0.0)));
+        assert_eq!(of(&[Some(0.25), None, Some(0.75), Some(0.5)]), (3, Some(0.75)));
+        for place in 0..3 {
+            let mut hits = [Some(0.25); 3];
+            hits[place] = Some(f64::NAN);
+            assert!(of(&hits).1.is_some_and(f64::is_nan), "{place}");
+        }
+    }
 
     #[test]
     fn quantile_of_known_values_is_the_smallest_that_covers_the_share() {
