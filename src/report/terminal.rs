@@ -11,7 +11,7 @@ use rtl_model::sim::Cause;
 use super::si::{bytes, count, percent, share, si};
 use super::{
     BoardReport, CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport,
-    SolveReport, Timings, VectorsReport,
+    SolveReport, Timings,
 };
 use crate::raycast::Purpose;
 
@@ -81,9 +81,6 @@ pub fn simulate_summary(r: &SimulateReport) -> String {
     }
     let file = r.rays_file.as_ref().map(|f| format!(": {}", f.display())).unwrap_or_default();
     line(&mut out, "workload", format_args!("{}{file}", r.workload));
-    if let Some(vectors) = &r.vectors {
-        vectors_lines(&mut out, vectors);
-    }
     board_lines(&mut out, &r.board);
     let _ = writeln!(out, "\nshare of the cycles by cause, per block");
     let name_width = r.board.blocks.iter().map(|b| b.block.len()).max().unwrap_or(0).max(5);
@@ -103,27 +100,6 @@ pub fn simulate_summary(r: &SimulateReport) -> String {
     out.push('\n');
     time_line(&mut out, &r.timings);
     out
-}
-
-fn vectors_lines(out: &mut String, v: &VectorsReport) {
-    line(
-        out,
-        "vectors",
-        format_args!(
-            "{}, {} of which {} with an expected answer, {}",
-            count(v.n_patches as u64, "patches"),
-            count(v.n_rays, "rays"),
-            v.n_expected,
-            count(v.n_tests, "single tests")
-        ),
-    );
-    line(out, "", super::verify_text::formats_text(&v.formats));
-    let verdict = |wrong: u64, all: u64, what: &str| match wrong {
-        0 => format!("all {all} {what} hold"),
-        n => format!("{n} OF {all} {what} DO NOT HOLD"),
-    };
-    line(out, if v.passed { "passed" } else { "FAILED" }, verdict(v.n_rays_wrong, v.n_rays, "rays"));
-    line(out, "", verdict(v.n_tests_wrong, v.n_tests, "single tests"));
 }
 
 /// The table of `probe`.
