@@ -1,91 +1,20 @@
 //! The command line from outside: help, exit statuses, no file left after a failure, reports that parse.
 
-use std::path::{Path, PathBuf};
-
-use assert_cmd::cargo::cargo_bin_cmd;
 use radiosity_engine::image::Film;
 use radiosity_engine::image::exr::encode_exr;
 use radiosity_engine::units::Rgb;
 use serde_json::Value;
-use tempfile::TempDir;
+
+#[path = "common/place.rs"]
+mod place;
+
+use place::{Place, scene};
 
 const SUBCOMMANDS: [&str; 7] = ["render", "solve", "probe", "simulate", "verify", "compare", "info"];
 
-/// A folder to run in; every file that a command leaves shows here.
-struct Place {
-    dir: TempDir,
-}
-
-/// What a command did.
-struct Run {
-    status: i32,
-    stdout: String,
-    stderr: String,
-}
-
-impl Place {
-    fn new() -> Place {
-        Place { dir: tempfile::tempdir().unwrap() }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
-    }
-
-    fn run(&self, args: &[&str]) -> Run {
-        let output = cargo_bin_cmd!("radeng")
-            .current_dir(self.dir.path())
-            .env("NO_COLOR", "1")
-            .args(args)
-            .output()
-            .unwrap();
-        Run {
-            status: output.status.code().unwrap_or(-1),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
-    }
-
-    /// Runs and expects success.
-    fn ok(&self, args: &[&str]) -> Run {
-        let run = self.run(args);
-        assert_eq!(run.status, 0, "{args:?}\n{}{}", run.stdout, run.stderr);
-        run
-    }
-
-    /// Runs and expects exit status 2, a message that holds `expected`, and no file beside `before`.
-    fn refused(&self, args: &[&str], expected: &str) {
-        let before = self.names();
-        let run = self.run(args);
-        assert_eq!(run.status, 2, "{args:?}\n{}{}", run.stdout, run.stderr);
-        // The terminal's report may break lines anywhere.
-        let message = run.stderr.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
-        assert!(message.contains(expected), "{args:?}: expected '{expected}' in\n{}", run.stderr);
-        assert!(!run.stderr.contains("panicked"), "{args:?}\n{}", run.stderr);
-        assert_eq!(self.names(), before, "{args:?} left a file");
-    }
-
-    fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.dir.path()).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_slice(&std::fs::read(self.path(name)).unwrap()).unwrap()
-    }
-
-    fn exr(&self, name: &str, pixels: Vec<Rgb>) {
-        let film = Film::from_pixels(pixels.len(), 1, pixels);
-        std::fs::write(self.path(name), encode_exr(&film).unwrap()).unwrap();
-    }
-}
-
-fn scene(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml");
-    path.to_str().unwrap().to_owned()
+fn write_exr(place: &Place, name: &str, pixels: Vec<Rgb>) {
+    let film = Film::from_pixels(pixels.len(), 1, pixels);
+    std::fs::write(place.path(name), encode_exr(&film).unwrap()).unwrap();
 }
 
 const SMALL: [&str; 6] = ["--elements", "96", "--width", "16", "--height", "12"];
@@ -93,10 +22,10 @@ const SMALL: [&str; 6] = ["--elements", "96", "--width", "16", "--height", "12"]
 #[test]
 fn help_of_every_subcommand_says_what_it_does_and_gives_examples() {
     let place = Place::new();
-    let top = place.ok(&["--help"]).stdout;
+    let top = place.exits(0, &["--help"]).stdout;
     for name in SUBCOMMANDS {
         assert!(top.contains(name), "{name} is missing in\n{top}");
-        let help = place.ok(&[name, "--help"]).stdout;
+        let help = place.exits(0, &[name, "--help"]).stdout;
         assert!(help.contains("Examples:") && help.contains("Usage: radeng"), "{name}\n{help}");
     }
 }
@@ -182,13 +111,13 @@ fn scene_without_a_camera_is_refused_by_render_and_named() {
 #[test]
 fn compare_of_pictures_exits_by_its_threshold() {
     let place = Place::new();
-    place.exr("a.exr", vec![Rgb::WHITE; 4]);
-    place.exr("b.exr", vec![Rgb::WHITE, Rgb::WHITE, Rgb::WHITE, Rgb::splat(1.125)]);
-    place.exr("c.exr", vec![Rgb::WHITE; 3]);
-    let text = place.ok(&["compare", "a.exr", "b.exr"]).stdout;
+    write_exr(&place, "a.exr", vec![Rgb::WHITE; 4]);
+    write_exr(&place, "b.exr", vec![Rgb::WHITE, Rgb::WHITE, Rgb::WHITE, Rgb::splat(1.125)]);
+    write_exr(&place, "c.exr", vec![Rgb::WHITE; 3]);
+    let text = place.exits(0, &["compare", "a.exr", "b.exr"]).stdout;
     assert!(text.contains("1 of 4 pixels"), "{text}");
-    place.ok(&["compare", "a.exr", "a.exr", "--threshold", "0"]);
-    place.ok(&["compare", "a.exr", "b.exr", "--threshold", "0.2"]);
+    place.exits(0, &["compare", "a.exr", "a.exr", "--threshold", "0"]);
+    place.exits(0, &["compare", "a.exr", "b.exr", "--threshold", "0.2"]);
     let over = place.run(&["compare", "a.exr", "b.exr", "--threshold", "0.1", "--report", "d.json"]);
     assert_eq!(over.status, 1, "{}{}", over.stdout, over.stderr);
     let report = place.json("d.json");
@@ -200,8 +129,8 @@ fn compare_of_pictures_exits_by_its_threshold() {
 #[test]
 fn compare_of_what_is_no_picture_exits_with_2() {
     let place = Place::new();
-    place.exr("a.exr", vec![Rgb::WHITE; 4]);
-    place.exr("small.exr", vec![Rgb::WHITE; 3]);
+    write_exr(&place, "a.exr", vec![Rgb::WHITE; 4]);
+    write_exr(&place, "small.exr", vec![Rgb::WHITE; 3]);
     std::fs::write(place.path("noise.exr"), "not a picture").unwrap();
     std::fs::write(place.path("a.png"), "").unwrap();
     place.refused(&["compare", "a.exr", "small.exr"], "4 x 1 and 3 x 1");
@@ -233,7 +162,7 @@ fn render_without_output_names_writes_png_and_exr_of_the_scene() {
     let furnace = scene("furnace");
     let mut args = vec!["render", furnace.as_str(), "--report", "r.json"];
     args.extend(SMALL);
-    let run = place.ok(&args);
+    let run = place.exits(0, &args);
     assert_eq!(place.names(), ["furnace.exr", "furnace.png", "r.json"]);
     assert!(run.stdout.contains("furnace.png") && run.stdout.contains("EV"), "{}", run.stdout);
     assert!(run.stdout.lines().count() <= 24, "more than a screen:\n{}", run.stdout);
@@ -255,7 +184,7 @@ fn render_with_the_board_prints_its_account_and_the_same_furnace() {
     let furnace = scene("furnace");
     let mut args = vec!["render", furnace.as_str(), "--caster", "board", "-o", "b.exr", "--report", "r.json"];
     args.extend(SMALL);
-    let run = place.ok(&args);
+    let run = place.exits(0, &args);
     for word in ["cycles", "rays/s", "tests/cycle", "ICU utilisation", "busiest", "stalled", "25.0 MHz"] {
         assert!(run.stdout.contains(word), "'{word}' is missing in\n{}", run.stdout);
     }
@@ -266,15 +195,15 @@ fn render_with_the_board_prints_its_account_and_the_same_furnace() {
     assert_eq!(board["spec"]["name"], "delft-1992");
     let mut args = vec!["render", furnace.as_str(), "-o", "s.exr"];
     args.extend(SMALL);
-    place.ok(&args);
-    place.ok(&["compare", "s.exr", "b.exr", "--threshold", "0.02"]);
+    place.exits(0, &args);
+    place.exits(0, &["compare", "s.exr", "b.exr", "--threshold", "0.02"]);
 }
 
 #[test]
 fn solution_of_solve_renders_as_the_scene_itself_and_no_other() {
     let place = Place::new();
     let furnace = scene("furnace");
-    place.ok(&["solve", &furnace, "-o", "f.radsol", "--elements", "96", "--report", "r.json"]);
+    place.exits(0, &["solve", &furnace, "-o", "f.radsol", "--elements", "96", "--report", "r.json"]);
     let report = place.json("r.json");
     assert_eq!(report["schema"], "radeng/solve/1");
     assert!(report["row_sum_error"]["max"].is_number());
@@ -285,11 +214,11 @@ fn solution_of_solve_renders_as_the_scene_itself_and_no_other() {
         let mut args = vec!["render", furnace.as_str(), "-o", name];
         args.extend(SMALL);
         args.extend(extra);
-        place.ok(&args);
+        place.exits(0, &args);
     };
     render("loaded.exr", &["--solution", "f.radsol"]);
     render("solved.exr", &[]);
-    place.ok(&["compare", "loaded.exr", "solved.exr", "--threshold", "0"]);
+    place.exits(0, &["compare", "loaded.exr", "solved.exr", "--threshold", "0"]);
     std::fs::copy(place.path("f.radsol"), place.path("f.json")).unwrap();
     let replacing = ["render", &furnace, "-o", "x.exr", "--solution", "f.json", "--report", "./f.json"];
     place.refused(&replacing, "would replace the input f.json");
@@ -307,7 +236,7 @@ fn probe_prints_a_table_or_the_json_list() {
         let mut args = vec!["probe", furnace.as_str(), "--elements", "96", "--json", "--report", "p.json"];
         args.extend(at);
         args.extend(extra);
-        let list: Value = serde_json::from_str(&place.ok(&args).stdout).unwrap();
+        let list: Value = serde_json::from_str(&place.exits(0, &args).stdout).unwrap();
         let list = list.as_array().unwrap();
         assert_eq!(list.len(), 2);
         for point in list {
@@ -319,7 +248,7 @@ fn probe_prints_a_table_or_the_json_list() {
     }
     let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
     args.extend(at);
-    let table = place.ok(&args).stdout;
+    let table = place.exits(0, &args).stdout;
     assert_eq!(table.lines().count(), 3, "{table}");
     let off = ["--at", "0.5,0.5,0.5", "--normal", "0,0,1", "--interpolated"];
     let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
@@ -329,7 +258,7 @@ fn probe_prints_a_table_or_the_json_list() {
     let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
     args.extend(turned);
     place.refused(&args, "the point 0.5, 0.5, 0 with normal 0, 0, -1 lies on the back of surface 'floor'");
-    let help = place.ok(&["probe", "--help"]).stdout;
+    let help = place.exits(0, &["probe", "--help"]).stdout;
     assert!(help.replace('\n', " ").contains("runs pass 1 first unless --solution is given"), "{help}");
 }
 
@@ -350,7 +279,7 @@ fn probe_of_stored_light_on_the_scene_border_works_on_the_board() {
         let mut args = vec!["probe", "floor.toml", "--elements", "16"];
         args.extend(at);
         args.extend(caster);
-        let list: Value = serde_json::from_str(&place.ok(&args).stdout).unwrap();
+        let list: Value = serde_json::from_str(&place.exits(0, &args).stdout).unwrap();
         assert_eq!(list[0]["irradiance_w_m2"][0].as_f64(), Some(0.0), "{caster:?}");
     }
 }
@@ -362,11 +291,11 @@ fn light_on_a_surface_and_a_coarse_wish_warn_on_stderr() {
     let sphere = "position = [0.5, 0.5, 2]\n[[surface]]\nname = \"ball\"\nmaterial = \"a\"\n\
                   sphere = { center = [0.5, 0.5, 0.5], radius = 0.2 }\n";
     std::fs::write(place.path("ball.toml"), FLOOR.to_owned() + sphere).unwrap();
-    let stderr = place.ok(&["info", "floor.toml"]).stderr;
+    let stderr = place.exits(0, &["info", "floor.toml"]).stderr;
     assert!(stderr.contains("light 1 lies on surface 'floor': move it off"), "{stderr}");
-    let stderr = place.ok(&["info", "ball.toml", "--elements", "1"]).stderr;
+    let stderr = place.exits(0, &["info", "ball.toml", "--elements", "1"]).stderr;
     assert!(stderr.contains("elements, 1 were asked for") && !stderr.contains("lies on"), "{stderr}");
-    assert_eq!(place.ok(&["info", "ball.toml"]).stderr, "");
+    assert_eq!(place.exits(0, &["info", "ball.toml"]).stderr, "");
 }
 
 #[test]
@@ -376,7 +305,7 @@ fn dense_visibility_casts_more_rays_of_pass_1() {
     let n_rays = |name: &str, extra: &[&str]| {
         let mut args = vec!["solve", cube.as_str(), "-o", "c.radsol", "--elements", "96", "--report", name];
         args.extend(extra);
-        place.ok(&args);
+        place.exits(0, &args);
         let report = place.json(name);
         let dense = report["pass_1"]["options"]["dense_visibility"].as_bool();
         assert_eq!(dense, Some(!extra.is_empty()), "{report}");
@@ -384,17 +313,10 @@ fn dense_visibility_casts_more_rays_of_pass_1() {
     };
     let (sparse, dense) = (n_rays("s.json", &[]), n_rays("d.json", &["--dense-visibility"]));
     assert!(dense > sparse, "{sparse} {dense}");
-    place.ok(&[
-        "probe",
-        &cube,
-        "--elements",
-        "96",
-        "--dense-visibility",
-        "--at",
-        "0.5,0.5,0",
-        "--normal",
-        "0,0,1",
-    ]);
+    place.exits(
+        0,
+        &["probe", &cube, "--elements", "96", "--dense-visibility", "--at", "0.5,0.5,0", "--normal", "0,0,1"],
+    );
 }
 
 #[test]
@@ -411,7 +333,7 @@ fn simulate_reports_closed_stall_tables_for_every_workload() {
         let mut args = vec!["simulate", cube.as_str(), "--board", "minimal", "--report", "r.json"];
         args.extend(flags);
         args.extend(SMALL);
-        let text = place.ok(&args).stdout;
+        let text = place.exits(0, &args).stdout;
         assert!(text.contains("share of the cycles by cause"), "{name}\n{text}");
         let report = place.json("r.json");
         assert_eq!((&report["schema"], &report["workload"]), (&"radeng/simulate/1".into(), &name.into()));
@@ -430,13 +352,13 @@ fn simulate_reports_closed_stall_tables_for_every_workload() {
 #[test]
 fn info_shows_scenes_and_boards() {
     let place = Place::new();
-    let text = place.ok(&["info", &scene("furnace"), "--elements", "96"]).stdout;
+    let text = place.exits(0, &["info", &scene("furnace"), "--elements", "96"]).stdout;
     for word in ["floor", "elements", "patches", "T-junction", "memory", "camera", "patch memory", "grid of"]
     {
         assert!(text.contains(word), "'{word}' is missing in\n{text}");
     }
     for name in ["delft-1992", "minimal"] {
-        let text = place.ok(&["info", name]).stdout;
+        let text = place.exits(0, &["info", name]).stdout;
         for word in ["coord_frac_bits", "[I]", "largest magnitude"] {
             assert!(text.contains(word), "'{word}' is missing in\n{text}");
         }
@@ -461,7 +383,7 @@ fn scene_wound_the_other_way_warns_on_stderr() {
         &["render", "turned.toml", "-o", "t.png", "--elements", "16"][..],
         &simulate[..],
     ] {
-        let run = place.ok(args);
+        let run = place.exits(0, args);
         assert!(
             run.stderr.contains("'turned' 100 %") && run.stderr.contains("Wound the other way"),
             "{}",

@@ -1,86 +1,18 @@
 //! `verify`, its sweep, and test vectors from outside: exit statuses, tables, reports, files that replay.
 
-use std::path::{Path, PathBuf};
-
-use assert_cmd::cargo::cargo_bin_cmd;
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// A folder to run in.
-struct Place {
-    dir: TempDir,
+#[path = "common/place.rs"]
+mod place;
+
+use place::{Place, scene};
+
+fn write(place: &Place, name: &str, text: impl AsRef<[u8]>) {
+    std::fs::write(place.path(name), text).unwrap();
 }
 
-/// What a command did.
-struct Run {
-    status: i32,
-    stdout: String,
-    stderr: String,
-}
-
-impl Place {
-    fn new() -> Place {
-        Place { dir: tempfile::tempdir().unwrap() }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        std::fs::write(self.path(name), text).unwrap();
-    }
-
-    fn text(&self, name: &str) -> String {
-        std::fs::read_to_string(self.path(name)).unwrap()
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&self.text(name)).unwrap()
-    }
-
-    fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.dir.path()).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-
-    fn run(&self, args: &[&str]) -> Run {
-        let output = cargo_bin_cmd!("radeng")
-            .current_dir(self.dir.path())
-            .env("NO_COLOR", "1")
-            .args(args)
-            .output()
-            .unwrap();
-        Run {
-            status: output.status.code().unwrap_or(-1),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
-    }
-
-    fn exits(&self, status: i32, args: &[&str]) -> Run {
-        let run = self.run(args);
-        assert_eq!(run.status, status, "{args:?}\n{}{}", run.stdout, run.stderr);
-        assert!(!run.stderr.contains("panicked"), "{args:?}\n{}", run.stderr);
-        run
-    }
-
-    /// Runs and expects exit status 2, a message that holds `expected`, and no new file.
-    fn refused(&self, args: &[&str], expected: &str) {
-        let before = self.names();
-        let stderr = self.exits(2, args).stderr;
-        let message = stderr.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(message.contains(expected), "{args:?}: expected '{expected}' in\n{stderr}");
-        assert_eq!(self.names(), before, "{args:?} left a file");
-    }
-}
-
-fn scene(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml");
-    path.to_str().unwrap().to_owned()
+fn text(place: &Place, name: &str) -> String {
+    std::fs::read_to_string(place.path(name)).unwrap()
 }
 
 /// Every word stands in the text, one behind the other.
@@ -202,7 +134,7 @@ fn sweep_of_three_widths_prints_plots_and_reports_a_row_each() {
     }
     let error_m = |row: &Value| row["t_error"]["p99_m"].as_f64().unwrap();
     assert!(error_m(&rows[0]) > 4.0 * error_m(&rows[1]) && error_m(&rows[1]) > 4.0 * error_m(&rows[2]));
-    let svg = place.text("p.svg");
+    let svg = text(&place, "p.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     for word in ["point-room on minimal: frac_bits", "depth tie", "6 bits", "% of the rays", "polyline"] {
         assert!(svg.contains(word), "'{word}' is missing in the plot");
@@ -257,13 +189,13 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
     assert!(binary.stdout.contains("passed     60 of 60 rays hold, "), "{}", binary.stdout);
 
     // One unit of t of one nearest-hit ray.
-    let text = place.text("v.csv");
+    let text = text(&place, "v.csv");
     let is_hit = |line: &str| line.starts_with("ray,nearest") && !line.ends_with("miss");
     let (number, line) =
         text.lines().filter(|l| l.starts_with("ray,")).enumerate().find(|(_, l)| is_hit(l)).unwrap();
     let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
     fields[9] = (fields[9].parse::<u64>().unwrap() ^ 1).to_string();
-    place.write("wrong.csv", text.replacen(line, &fields.join(","), 1));
+    write(&place, "wrong.csv", text.replacen(line, &fields.join(","), 1));
     let run = place.exits(1, &["simulate", "--rays", "wrong.csv", "--board", "minimal"]);
     assert!(run.stdout.contains("FAILED     1 of 60 rays does not hold, "), "{}", run.stdout);
     in_order(&run.stdout, &["FAILED", "first wrong answer", "again ", "share of the cycles by cause"]);
@@ -281,7 +213,7 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
     let line = text.lines().find(|l| l.starts_with("test,")).unwrap();
     let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
     fields[5 + 27] = (fields[5 + 27].parse::<i128>().unwrap() + 1).to_string();
-    place.write("wire.csv", text.replacen(line, &fields.join(","), 1));
+    write(&place, "wire.csv", text.replacen(line, &fields.join(","), 1));
     let run = place.exits(1, &["simulate", "--rays", "wire.csv", "--board", "minimal"]);
     let n_tests = text.lines().filter(|l| l.starts_with("test,")).count();
     let failed = format!("FAILED     60 of 60 rays hold, 1 of {n_tests} single tests does not");
@@ -296,18 +228,18 @@ fn vectors_of_verify_replay_and_a_changed_answer_is_found() {
 #[test]
 fn simulate_of_small_vectors_tells_what_holds_and_which_formats_it_takes() {
     let place = Place::new();
-    place.write("v.csv", VECTORS);
+    write(&place, "v.csv", VECTORS);
     let run = place.exits(0, &["simulate", "--rays", "v.csv"]);
     assert!(run.stdout.contains("2 patches, 4 rays of which 3 with an expected answer"), "{}", run.stdout);
     assert!(run.stderr.contains("number formats replace those of board delft-1992"), "{}", run.stderr);
-    place.write("back.csv", VECTORS.replace("50,3,back", "50,3,front"));
+    write(&place, "back.csv", VECTORS.replace("50,3,back", "50,3,front"));
     let run = place.exits(1, &["simulate", "--rays", "back.csv"]);
     assert!(
         run.stdout.contains("first wrong answer: ray 0 of the file (from 0), nearest hit"),
         "{}",
         run.stdout
     );
-    place.write("any.csv", VECTORS.replace(",hit", ",miss"));
+    write(&place, "any.csv", VECTORS.replace(",hit", ",miss"));
     let run = place.exits(1, &["simulate", "--rays", "any.csv"]);
     assert!(run.stdout.contains("first wrong answer: ray 1 of the file (from 0), any hit"), "{}", run.stdout);
 }
@@ -317,7 +249,7 @@ fn simulate_of_vectors_without_answers_says_that_nothing_was_expected() {
     let place = Place::new();
     let questions = "vectors,1\nformats,24,24,24,48,nearest-even\ngrid,3\npatch,7,triangle,-10,-10,100,10,-10,100,0,20,100\n\
         ray,nearest,0,0,0,0,0,255,1024\nray,any,0,0,0,255,0,0,3\nend,1,2,0\n";
-    place.write("v.csv", questions);
+    write(&place, "v.csv", questions);
     let run = place.exits(0, &["simulate", "--rays", "v.csv"]);
     assert!(run.stdout.contains("0 of 0 expected"), "{}", run.stdout);
     let agree = "clocked board, functional model and oracle agree on 2 of 2 rays";
@@ -326,7 +258,7 @@ fn simulate_of_vectors_without_answers_says_that_nothing_was_expected() {
     // K = 2F keeps all bits, as the board does: nothing is replaced.
     assert_eq!(run.stderr, "");
     // Half of the bits does replace the board's.
-    place.write("half.csv", questions.replacen(",48,", ",24,", 1));
+    write(&place, "half.csv", questions.replacen(",48,", ",24,", 1));
     let run = place.exits(0, &["simulate", "--rays", "half.csv"]);
     assert!(run.stderr.contains("number formats replace those of board"), "{}", run.stderr);
 }
@@ -334,13 +266,13 @@ fn simulate_of_vectors_without_answers_says_that_nothing_was_expected() {
 #[test]
 fn simulate_of_vectors_with_a_grid_says_when_it_replaces_the_boards() {
     let place = Place::new();
-    place.write("five.toml", "grid_log2 = 5\n");
+    write(&place, "five.toml", "grid_log2 = 5\n");
     let with_grid = |g: u32| VECTORS.replacen("patch,7", &format!("grid,{g}\npatch,7"), 1);
     for (text, replaced, grid) in [
         (with_grid(3), true, "2^3 cells a side, the file's"),
         (with_grid(5), false, "2^5 cells a side, the file's"),
     ] {
-        place.write("v.csv", text);
+        write(&place, "v.csv", text);
         let run =
             place.exits(0, &["simulate", "--rays", "v.csv", "--board", "five.toml", "--report", "r.json"]);
         assert_eq!(
@@ -351,7 +283,7 @@ fn simulate_of_vectors_with_a_grid_says_when_it_replaces_the_boards() {
         );
         assert!(run.stdout.contains(grid), "{}", run.stdout);
     }
-    place.write("v.csv", VECTORS);
+    write(&place, "v.csv", VECTORS);
     let run = place.exits(0, &["simulate", "--rays", "v.csv", "--board", "five.toml"]);
     assert!(run.stdout.contains("grid of 2^5 cells a side, that of board"), "{}", run.stdout);
     assert!(!run.stderr.contains("grid"), "{}", run.stderr);
@@ -361,14 +293,15 @@ fn simulate_of_vectors_with_a_grid_says_when_it_replaces_the_boards() {
 fn simulate_of_what_it_cannot_take_says_what_to_do() {
     let place = Place::new();
     let furnace = scene("furnace");
-    place.write("v.csv", VECTORS);
-    place.write("metres.csv", "0,0,0,0,0,1\n");
-    place.write("bad.csv", VECTORS.replace("miss", "mist"));
-    place.write(
+    write(&place, "v.csv", VECTORS);
+    write(&place, "metres.csv", "0,0,0,0,0,1\n");
+    write(&place, "bad.csv", VECTORS.replace("miss", "mist"));
+    write(
+        &place,
         "empty.csv",
         "vectors,1\nformats,8,8,8,full,floor\npatch,1,triangle,0,0,0,1,0,0,0,1,0\nend,1,0,0\n",
     );
-    place.write("cut.rvec", b"RVEC\x01\0\0\0");
+    write(&place, "cut.rvec", b"RVEC\x01\0\0\0");
     place.refused(&["simulate"], "SCENE");
     place.refused(&["simulate", &furnace, "--rays", "v.csv"], "take no SCENE: radeng simulate --rays v.csv");
     place.refused(&["simulate", "--rays", "metres.csv"], "radeng simulate SCENE --rays metres.csv");
@@ -391,23 +324,23 @@ fn simulate_of_what_it_cannot_take_says_what_to_do() {
     }
     let two = ["simulate", "--seed", "2", "--rays", "v.csv", "--height", "9"];
     place.refused(&two, "--seed, --height have no use without SCENE");
-    place.write("cut.csv", VECTORS.replace("end,2,4,0\n", ""));
+    write(&place, "cut.csv", VECTORS.replace("end,2,4,0\n", ""));
     place.refused(
         &["simulate", "--rays", "cut.csv"],
         "cut.csv:8: the end of the file is here, expected a line end,",
     );
-    place.write("other.rvec", "PK zip");
+    write(&place, "other.rvec", "PK zip");
     place.refused(
         &["simulate", "--rays", "other.rvec"],
         "other.rvec byte 0: the magic is 'PK z', expected RVEC",
     );
     for name in ["nothing.rvec", "nothing.csv"] {
-        place.write(name, "");
+        write(&place, name, "");
         place.refused(&["simulate", "--rays", name], "the file is empty, expected test vectors");
     }
-    place.write("marked.csv", format!("\u{feff}{VECTORS}"));
+    write(&place, "marked.csv", format!("\u{feff}{VECTORS}"));
     place.exits(0, &["simulate", "--rays", "marked.csv"]);
-    place.write("tiny.toml", "grid_log2 = 7\n[dram]\nbytes = 4096\n");
+    write(&place, "tiny.toml", "grid_log2 = 7\n[dram]\nbytes = 4096\n");
     place.refused(
         &["simulate", "--rays", "v.csv", "--board", "tiny.toml", "--report", "r.json"],
         "patch memory",

@@ -10,6 +10,7 @@ use rtl_model::datapath::{PatchWords, RayWords};
 use rtl_model::fixed::Formats;
 use rtl_model::functional::trace;
 use rtl_model::memory_image::MemoryImage;
+use rtl_model::oracle::{self, Oracle};
 
 /// Ray and patch pairs of one batch.
 const PAIRS: u64 = 4096;
@@ -75,6 +76,11 @@ fn arithmetic(criterion: &mut Criterion) {
     let shifted: Vec<_> = rays.iter().zip(patches.iter().cycle().skip(1)).collect();
     group.bench_function("quad_test_miss", |bench| {
         bench.iter(|| shifted.iter().filter(|(r, p)| intersect(&formats, black_box(r), p).is_some()).count());
+    });
+    group.bench_function("quad_test_by_the_oracle", |bench| {
+        bench.iter(|| {
+            pairs.iter().filter(|(r, p)| oracle::intersect(&formats, black_box(r), p).is_some()).count()
+        });
     });
     group.bench_function("cell_step", |bench| {
         bench.iter(|| {
@@ -146,6 +152,11 @@ fn scene(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(tests));
     group.bench_function("functional_trace_tests", |bench| {
         bench.iter(|| rays.iter().filter(|r| trace(&image, black_box(r), false).hit.is_some()).count());
+    });
+    group.throughput(Throughput::Elements(rays.len() as u64));
+    let oracle = Oracle::new(&formats, &patches);
+    group.bench_function("oracle_nearest_rays", |bench| {
+        bench.iter(|| rays.iter().filter(|r| oracle.nearest(black_box(r)).is_some()).count());
     });
     group.finish();
 }

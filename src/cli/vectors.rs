@@ -100,7 +100,7 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
     let check = timings.measure("run", || vectors::check(&vectors, &board));
     let check = check.map_err(|source| CliError::Check { path: path.to_owned(), source })?;
     let warnings = replacements(path, &vectors, &board);
-    let mut report = SimulateReport {
+    let report = SimulateReport {
         schema: SimulateReport::SCHEMA,
         scene: None,
         workload: "vectors",
@@ -125,8 +125,6 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         text.push_str(&vectors_text::again(path, &args.board));
     }
     text.push('\n');
-    // The verdict says all of it, ahead of the cycles.
-    report.vectors = None;
     text.push_str(&report::terminal::simulate_summary(&report));
     Ok(Outcome { text, warnings: report.warnings, check_failed: !check.passed() })
 }

@@ -166,6 +166,9 @@ impl Session<'_> {
             self.warnings
                 .push(format!("{title}{n} rays differ between board and software for no known cause"));
         }
+        if let Some(ratio) = found.t_error.max_of_bound.filter(|ratio| ratio.is_nan() || *ratio > 1.0) {
+            self.warnings.push(format!("{title}an error of t is {ratio} times its derived bound"));
+        }
         if let (None, Some(mismatch)) = (&self.first, &found.first_mismatch) {
             self.first = Some(First {
                 vectors: vectors::of_mismatch(&verified.image, mismatch),

@@ -13,6 +13,7 @@ pub mod documents;
 pub mod si;
 pub mod side_by_side;
 pub mod sweep_plot;
+pub mod sweep_text;
 pub mod terminal;
 pub mod verify;
 pub mod verify_text;

@@ -10,8 +10,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::si::{number, share};
+use super::sweep_text::held_fixed_text;
 use super::verify::{SweepReport, SweepRow};
-use super::verify_text::held_fixed_text;
 
 /// Least size of the picture, of its head and of a panel (pixels).
 const WIDTH: u32 = 960;

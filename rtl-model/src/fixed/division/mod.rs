@@ -46,6 +46,22 @@ use super::WireWidth;
 /// Units of error bounds: 2^-62.
 pub const ERROR_FRAC_BITS: u32 = 62;
 
+/// Clocks a unit's registers to the end of a division. `quotient` is `Some` once they hold the answer.
+fn clock_to_the_end<R>(
+    mut registers: R,
+    step: impl Fn(&mut R),
+    quotient: impl Fn(&R) -> Option<Option<u64>>,
+) -> Divided {
+    let mut cycles = 0;
+    loop {
+        if let Some(quotient) = quotient(&registers) {
+            return Divided { quotient, cycles };
+        }
+        step(&mut registers);
+        cycles += 1;
+    }
+}
+
 /// How a unit's cycles map to hardware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -18,8 +18,8 @@
 use super::format::{bit_length, wire};
 use super::newton_bound::check_guarantee;
 use super::{
-    Divided, DividerForm, DividerFormat, DivisionError, ERROR_FRAC_BITS, check_parameter, reciprocal_table,
-    table_error_bound,
+    Divided, DividerForm, DividerFormat, DivisionError, ERROR_FRAC_BITS, check_parameter, clock_to_the_end,
+    reciprocal_table, table_error_bound,
 };
 use crate::fixed::WireWidth;
 
@@ -279,15 +279,11 @@ impl Newton {
     /// # Errors
     /// An operand wider than its register.
     pub fn divide(&self, num: u128, den: u128) -> Result<Divided, DivisionError> {
-        let mut registers = self.start(num, den)?;
-        let mut cycles = 0;
-        loop {
-            if let Phase::Done(quotient) = registers.phase {
-                return Ok(Divided { quotient, cycles });
-            }
-            self.step(&mut registers);
-            cycles += 1;
-        }
+        let quotient = |registers: &NewtonRegisters| match registers.phase {
+            Phase::Done(quotient) => Some(quotient),
+            _ => None,
+        };
+        Ok(clock_to_the_end(self.start(num, den)?, |registers| self.step(registers), quotient))
     }
 
     /// Width and largest magnitude of each wire.

@@ -15,7 +15,7 @@
 //! Not modelled: redundant (carry-save) remainders, skipping over leading zeros.
 
 use super::format::wire;
-use super::{Divided, DividerForm, DividerFormat, DivisionError, check_parameter};
+use super::{Divided, DividerForm, DividerFormat, DivisionError, check_parameter, clock_to_the_end};
 use crate::fixed::WireWidth;
 
 /// Cycles besides those of the rows: range check, correction, rounding.
@@ -135,15 +135,11 @@ impl NonRestoring {
     /// # Errors
     /// An operand wider than its register.
     pub fn divide(&self, num: u128, den: u128) -> Result<Divided, DivisionError> {
-        let mut registers = self.start(num, den)?;
-        let mut cycles = 0;
-        loop {
-            if let Phase::Done(quotient) = registers.phase {
-                return Ok(Divided { quotient, cycles });
-            }
-            self.step(&mut registers);
-            cycles += 1;
-        }
+        let quotient = |registers: &NonRestoringRegisters| match registers.phase {
+            Phase::Done(quotient) => Some(quotient),
+            _ => None,
+        };
+        Ok(clock_to_the_end(self.start(num, den)?, |registers| self.step(registers), quotient))
     }
 
     /// Width and largest magnitude of each wire.

@@ -382,15 +382,3 @@ fn nearest_inside_a_closed_room_of_many_patches_always_hits() {
         assert!(n_candidates <= 16, "{n_candidates} of a hundred thousand for {ray:?}");
     }
 }
-
-#[test]
-#[ignore = "a measurement: cargo test --release -p rtl-model --lib oracle::search -- --ignored speed"]
-fn speed_million_rays_in_a_room_of_1536_patches_take_under_ten_seconds() {
-    let oracle = Oracle::new(&Formats::default(), &room(16));
-    assert_eq!(oracle.patches().len(), 1536);
-    let start = std::time::Instant::now();
-    let hits = rays_in_room(1_000_000).filter(|ray| oracle.nearest(ray).is_some()).count();
-    let seconds = start.elapsed().as_secs_f64();
-    assert_eq!(hits, 1_000_000);
-    assert!(seconds < 10.0, "{seconds} s");
-}
