@@ -37,13 +37,7 @@ fn on_board(name: &str, spec: BoardSpec) -> (Frame, CanonicalCounters) {
         for block in &counted.blocks {
             assert_eq!(block.total(), counted.cycles, "{purpose:?}: account of {}", block.block);
         }
-        let c = &counted.canonical;
-        canonical.bundles += c.bundles;
-        canonical.rays += c.rays;
-        canonical.cells += c.cells;
-        canonical.list_entries += c.list_entries;
-        canonical.tests += c.tests;
-        canonical.hits += c.hits;
+        canonical = canonical.combine(&counted.canonical, |a, b| a + b);
     }
     (frame, canonical)
 }

@@ -4,21 +4,29 @@
 //! host: Work --jobs--> dispatcher --fetches--> host link --descriptors--> cluster 0..C-1 --lines--> DRAM
 //!       hits, bits <----------------------------- host link <--entries---'
 //! ```
+//! With partition `shells+static` a command's low-resolution cast runs before its bundles, in the same command.
 //! A command runs from an empty board to an empty board; caches and open DRAM rows keep what they have. Cycles count
-//! from the command to the host's interrupt: `Statistics::cycles` = ticks + `bus.interrupt_cycles` a command.
+//! from the command to the host's interrupt: `Statistics::cycles` = ticks + (`bus.interrupt_cycles` +
+//! `dispatch.host_cycles_per_command`) a command.
 
+use crate::answers::{Answers, Live};
 use crate::blocks::{
-    Cluster, ClusterIo, Dispatcher, DispatcherIo, HostLink, HostLinkIo, HostPort, Job, ResultEntry,
+    Cluster, ClusterIo, Dispatcher, DispatcherIo, FetchRequest, HostLink, HostLinkIo, HostPort, Job, ResultEntry,
+    Run,
 };
 use crate::datapath::bundle::{BundleError, BundleWords};
 use crate::datapath::{HitWords, RayError, RayWords};
-use crate::functional::CanonicalCounters;
+use crate::functional::{CanonicalCounters, low_resolution_jobs};
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
 use crate::packet::{self, MAX_BUNDLE_RAYS};
-use crate::sim::{Accounts, Activity, Cycle, Fifo};
+use crate::sim::{
+    Accounts, Activity, CommandMark, Cycle, Directory, EventKind, EventLog, EventSink, Fifo, LinkState, Observer,
+    Silent,
+};
 use crate::spec::{BoardSpec, MemoryLevels, SpecError};
 use crate::statistics::{BoardStatistics, LevelStatistics};
+
 
 /// The blocks outside the clusters, by the index of their account.
 const SHARED_BLOCKS: [&str; 3] = ["host_link", "dispatcher", "dram"];
@@ -95,7 +103,7 @@ pub struct Board {
     interrupt_cycles: u64,
     counters: CanonicalCounters,
     dispatcher: Dispatcher,
-    fetches: Fifo<crate::blocks::FetchRequest>,
+    fetches: Fifo<FetchRequest>,
     host_link: HostLink,
     host_ports: Vec<HostPort>,
     clusters: Vec<Cluster>,
@@ -116,6 +124,14 @@ struct Command<'a> {
     delivered: Vec<ResultEntry>,
 }
 
+/// What a command asks for, and who watches.
+struct Request<'a, 'r, A, O> {
+    work: Work<'a>,
+    any_hit: bool,
+    answers: &'r mut A,
+    observer: &'r mut O,
+}
+
 impl Board {
     /// A board of this specification with the scene in its patch memory.
     ///
@@ -126,18 +142,24 @@ impl Board {
         if image.formats != spec.formats {
             return Err(BoardError::Formats);
         }
-        let needed_bytes = image.size_bytes() as u64;
+        let needed_bytes = image.size_bytes() as u64 + spec.mask_bytes(image.n_patches);
         if needed_bytes > spec.dram.bytes {
             return Err(BoardError::PatchMemory { needed_bytes, available_bytes: spec.dram.bytes });
         }
         let n = spec.clusters.count;
         let dram = &spec.dram;
-        Ok(Board {
-            dispatcher: Dispatcher::new(spec.scheduling, n),
+        let mut clusters: Vec<Cluster> = Vec::new();
+        let mut first_block = SHARED_BLOCKS.len();
+        for c in 0..n {
+            clusters.push(Cluster::new(spec, &image, c, first_block as u16));
+            first_block += clusters[clusters.len() - 1].block_names(0).count();
+        }
+        let mut board = Board {
+            dispatcher: Dispatcher::new(spec.scheduling, &spec.dispatch, n),
             fetches: Fifo::new(2),
             host_link: HostLink::new(spec),
             host_ports: vec![HostPort::new(spec.fifos.commands, spec.fifos.results); n as usize],
-            clusters: (0..n).map(|_| Cluster::new(spec)).collect(),
+            clusters,
             dram_ports: vec![DramPort { requests: Fifo::new(2), responses: Fifo::new(2) }; n as usize],
             dram: Dram::new(
                 dram.width_bits,
@@ -146,7 +168,7 @@ impl Board {
                 dram.row_hit_cycles,
                 dram.row_miss_cycles,
             ),
-            accounts: Accounts::new(SHARED_BLOCKS.len()),
+            accounts: Accounts::new(SHARED_BLOCKS.len(), 0),
             #[cfg(test)]
             reversed: false,
             spec: spec.clone(),
@@ -155,7 +177,69 @@ impl Board {
             given_up: None,
             interrupt_cycles: 0,
             counters: CanonicalCounters::default(),
-        })
+        };
+        let mut number = 0;
+        board.links(&mut |_, link| {
+            link.set_number(number);
+            number += 1;
+        });
+        Ok(board)
+    }
+
+    /// Shows every link with its name, always in the same order.
+    fn links(&mut self, see: &mut dyn FnMut(String, &mut LinkState)) {
+        see("fetches".into(), self.fetches.state_mut());
+        for (c, port) in self.host_ports.iter_mut().enumerate() {
+            port.links(&format!("cluster{c}"), see);
+        }
+        for (c, cluster) in self.clusters.iter_mut().enumerate() {
+            cluster.links(c, see);
+        }
+        for (c, port) in self.dram_ports.iter_mut().enumerate() {
+            see(format!("cluster{c}.dram_requests"), port.requests.state_mut());
+            see(format!("cluster{c}.dram_responses"), port.responses.state_mut());
+        }
+    }
+
+    /// The names of blocks and links by the numbers that events carry.
+    pub fn directory(&self) -> Directory {
+        let mut blocks: Vec<String> = SHARED_BLOCKS.map(String::from).to_vec();
+        for (c, cluster) in self.clusters.iter().enumerate() {
+            blocks.extend(cluster.block_names(c));
+        }
+        let mut links = Vec::new();
+        self.clone().links(&mut |name, link| links.push((name, link.depth())));
+        Directory { blocks, links }
+    }
+
+    /// [`Board::trace_nearest`], every event told to `sink`.
+    ///
+    /// # Errors
+    /// As [`Board::trace_nearest`].
+    pub fn trace_nearest_observed(
+        &mut self,
+        work: Work<'_>,
+        sink: EventSink<'_>,
+    ) -> Result<Vec<Option<HitWords>>, BoardError> {
+        let mut log = EventLog::new(sink);
+        let hits = self.nearest_with(work, &mut Live, &mut log);
+        log.flush();
+        hits
+    }
+
+    /// [`Board::trace_any`], every event told to `sink`.
+    ///
+    /// # Errors
+    /// As [`Board::trace_nearest`].
+    pub fn trace_any_observed(
+        &mut self,
+        work: Work<'_>,
+        sink: EventSink<'_>,
+    ) -> Result<Vec<bool>, BoardError> {
+        let mut log = EventLog::new(sink);
+        let hits = self.any_with(work, &mut Live, &mut log);
+        log.flush();
+        hits
     }
 
     /// Nearest hits, in ray order. The board starts and ends empty; its caches keep their lines.
@@ -163,7 +247,25 @@ impl Board {
     /// # Errors
     /// An unusable descriptor or ray, or a watchdog, be it of an earlier command.
     pub fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
-        let command = self.run(work, false)?;
+        self.nearest_with(work, &mut Live, &mut Silent)
+    }
+
+    /// Hit bits, in ray order.
+    ///
+    /// # Errors
+    /// As [`Board::trace_nearest`].
+    pub fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
+        self.any_with(work, &mut Live, &mut Silent)
+    }
+
+    /// Nearest hits with answers from somewhere, watched by somebody.
+    pub(crate) fn nearest_with<A: Answers, O: Observer>(
+        &mut self,
+        work: Work<'_>,
+        answers: &mut A,
+        observer: &mut O,
+    ) -> Result<Vec<Option<HitWords>>, BoardError> {
+        let command = self.run(Request { work, any_hit: false, answers, observer })?;
         let mut hits = vec![None; command.n_rays];
         for entry in &command.delivered {
             if let ResultEntry::Nearest { ray, hit, .. } = *entry {
@@ -173,12 +275,14 @@ impl Board {
         Ok(hits)
     }
 
-    /// Hit bits, in ray order.
-    ///
-    /// # Errors
-    /// As [`Board::trace_nearest`].
-    pub fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
-        let command = self.run(work, true)?;
+    /// Hit bits with answers from somewhere, watched by somebody.
+    pub(crate) fn any_with<A: Answers, O: Observer>(
+        &mut self,
+        work: Work<'_>,
+        answers: &mut A,
+        observer: &mut O,
+    ) -> Result<Vec<bool>, BoardError> {
+        let command = self.run(Request { work, any_hit: true, answers, observer })?;
         let mut hits = vec![false; command.n_rays];
         for entry in &command.delivered {
             if let ResultEntry::Any { first_ray, bits, n_rays } = *entry {
@@ -191,25 +295,71 @@ impl Board {
     }
 
     /// Runs a command to its end.
-    fn run<'a>(&mut self, work: Work<'a>, any_hit: bool) -> Result<Command<'a>, BoardError> {
+    fn run<'a, A: Answers, O: Observer>(
+        &mut self,
+        request: Request<'a, '_, A, O>,
+    ) -> Result<Command<'a>, BoardError> {
         if let Some((cycles, causes)) = &self.given_up {
             return Err(BoardError::Watchdog { cycles: *cycles, causes: causes.clone() });
         }
+        let Request { work, any_hit, answers, observer } = request;
         let (jobs, n_rays) = self.jobs(work)?;
         let mut command = Command { work, any_hit, jobs, n_rays, delivered: Vec::new() };
         if n_rays == 0 {
             return Ok(command);
         }
-        let expected = if any_hit { command.jobs.len() } else { n_rays };
-        command.delivered.reserve_exact(expected);
         if let Work::Bundles(bundles) = work {
             self.counters.bundles += bundles.len() as u64;
         }
-        self.dispatcher.start(command.jobs.len());
         self.host_link.start(self.entry_bytes(any_hit));
+        let mark = |mark: CommandMark| (EventKind::Command, 0, mark as u32);
+        let mut tell = |now, (kind, place, payload)| observer.event(now, kind, place, payload);
+        tell(self.now, mark(if any_hit { CommandMark::Any } else { CommandMark::Nearest }));
+        let low: Vec<Job> = low_resolution_jobs(&self.spec, command.jobs.len())
+            .map(|number| {
+                let job = command.jobs[number];
+                let offset = job.n_rays / 2;
+                Job { first_ray: job.first_ray + offset, n_rays: 1, offset, low_resolution: true, ..job }
+            })
+            .collect();
+        let estimated = !low.is_empty();
+        if estimated {
+            tell(self.now, mark(CommandMark::LowResolution));
+            let every = self.spec.dispatch.low_resolution_every as usize;
+            self.dispatcher.start_low_resolution(&command.jobs, low.len(), every);
+            let mut cast = Command { work, any_hit, jobs: low, n_rays: 0, delivered: Vec::new() };
+            self.clock(&mut cast, answers, observer)?;
+        }
+        observer.event(self.now, EventKind::Command, 0, CommandMark::Bundles as u32);
+        self.dispatcher.start(&command.jobs, estimated);
+        command.delivered.reserve_exact(if any_hit { command.jobs.len() } else { n_rays });
+        self.clock(&mut command, answers, observer)?;
+        observer.event(self.now, EventKind::Command, 0, CommandMark::End as u32);
+        let after = self.spec.bus.interrupt_cycles + self.spec.dispatch.host_cycles_per_command;
+        self.interrupt_cycles += after;
+        self.accounts.end_run(after);
+        self.clusters.iter_mut().for_each(|c| c.end_run(after));
+        Ok(command)
+    }
+
+    /// Clocks the board until the dispatcher has nothing left and the board is empty.
+    fn clock<A: Answers, O: Observer>(
+        &mut self,
+        command: &mut Command<'_>,
+        answers: &mut A,
+        observer: &mut O,
+    ) -> Result<(), BoardError> {
+        let is_cast = command.n_rays == 0;
+        let mut counters = CanonicalCounters::default();
+        let expected = match (is_cast, command.any_hit) {
+            (true, _) => 0,
+            (false, true) => command.jobs.len(),
+            (false, false) => command.n_rays,
+        };
         let mut last_progress = self.now;
-        while command.delivered.len() < expected {
-            if self.tick(&mut command) {
+        let mut over = false;
+        while !over {
+            if self.tick(command, &mut counters, answers, observer) {
                 last_progress = self.now;
             } else if self.now - last_progress > self.spec.watchdog_cycles {
                 let (cycles, causes) = (self.now - last_progress, self.latest_causes());
@@ -217,71 +367,90 @@ impl Board {
                 return Err(BoardError::Watchdog { cycles, causes });
             }
             self.commit();
+            // Lines may be on their way for nobody: prefetched, or masks that are written back.
+            over = command.delivered.len() == expected && self.dispatcher.is_quiet() && self.is_quiet();
         }
-        debug_assert!(self.is_quiet(), "a command ended with tokens on the board");
-        let interrupt = self.spec.bus.interrupt_cycles;
-        self.interrupt_cycles += interrupt;
-        self.accounts.end_run(interrupt);
-        self.clusters.iter_mut().for_each(|c| c.end_run(interrupt));
-        Ok(command)
+        let done = if is_cast { counters.as_low_resolution() } else { counters };
+        self.counters = self.counters.combine(&done, |a, b| a + b);
+        Ok(())
     }
 
     /// One cycle of every block, in whatever order; true when any of them worked.
     #[inline]
-    fn tick(&mut self, command: &mut Command<'_>) -> bool {
+    fn tick<A: Answers, O: Observer>(
+        &mut self,
+        command: &mut Command<'_>,
+        counters: &mut CanonicalCounters,
+        answers: &mut A,
+        observer: &mut O,
+    ) -> bool {
         #[cfg(test)]
         if self.reversed {
-            let mut worked = self.tick_dram() | self.tick_host_link(command);
+            let mut worked = self.tick_dram(observer) | self.tick_host_link(command, observer);
             for c in (0..self.clusters.len()).rev() {
-                worked |= self.tick_cluster(c, command);
+                worked |= self.tick_cluster(c, command, counters, answers, observer);
             }
-            return worked | self.tick_dispatcher(command);
+            return worked | self.tick_dispatcher(command, observer);
         }
-        let mut worked = self.tick_dispatcher(command);
+        let mut worked = self.tick_dispatcher(command, observer);
         for c in 0..self.clusters.len() {
-            worked |= self.tick_cluster(c, command);
+            worked |= self.tick_cluster(c, command, counters, answers, observer);
         }
-        worked |= self.tick_host_link(command);
-        worked | self.tick_dram()
+        worked |= self.tick_host_link(command, observer);
+        worked | self.tick_dram(observer)
     }
 
     #[inline]
-    fn tick_dispatcher(&mut self, command: &Command<'_>) -> bool {
-        let io = DispatcherIo { jobs: &command.jobs, clusters: &self.host_ports, fetches: &mut self.fetches };
-        let activity = self.dispatcher.tick(self.now, io);
-        self.accounts.record(DISPATCHER, activity, false);
+    fn tick_dispatcher<O: Observer>(&mut self, command: &Command<'_>, observer: &mut O) -> bool {
+        let io = DispatcherIo {
+            jobs: &command.jobs,
+            clusters: &mut self.host_ports,
+            fetches: &mut self.fetches,
+        };
+        let activity = self.dispatcher.tick(self.now, io, observer);
+        self.accounts.record(self.now, DISPATCHER, activity, false, observer);
         activity == Activity::Work
     }
 
     #[inline]
-    fn tick_cluster(&mut self, c: usize, command: &Command<'_>) -> bool {
-        let io = ClusterIo {
+    fn tick_cluster<A: Answers, O: Observer>(
+        &mut self,
+        c: usize,
+        command: &Command<'_>,
+        counters: &mut CanonicalCounters,
+        answers: &mut A,
+        observer: &mut O,
+    ) -> bool {
+        let mut run = Run {
             work: command.work,
-            any_hit: command.any_hit,
             image: &self.image,
-            host: &mut self.host_ports[c],
-            dram: &mut self.dram_ports[c],
-            counters: &mut self.counters,
+            any_hit: command.any_hit,
+            counters,
+            answers,
+            observer,
+            cluster: c as u8,
+            block: 0,
         };
-        self.clusters[c].tick(self.now, io)
+        let io = ClusterIo { host: &mut self.host_ports[c], dram: &mut self.dram_ports[c] };
+        self.clusters[c].tick(self.now, io, &mut run)
     }
 
     #[inline]
-    fn tick_host_link(&mut self, command: &mut Command<'_>) -> bool {
+    fn tick_host_link<O: Observer>(&mut self, command: &mut Command<'_>, observer: &mut O) -> bool {
         let io = HostLinkIo {
             fetches: &mut self.fetches,
             clusters: &mut self.host_ports,
             delivered: &mut command.delivered,
         };
-        let activity = self.host_link.tick(self.now, io);
-        self.accounts.record(HOST_LINK, activity, true);
+        let activity = self.host_link.tick(self.now, io, observer);
+        self.accounts.record(self.now, HOST_LINK, activity, true, observer);
         activity == Activity::Work
     }
 
     #[inline]
-    fn tick_dram(&mut self) -> bool {
-        let activity = self.dram.tick(self.now, DramIo { ports: &mut self.dram_ports });
-        self.accounts.record(DRAM, activity, true);
+    fn tick_dram<O: Observer>(&mut self, observer: &mut O) -> bool {
+        let activity = self.dram.tick(self.now, DramIo { ports: &mut self.dram_ports }, observer);
+        self.accounts.record(self.now, DRAM, activity, true, observer);
         activity == Activity::Work
     }
 
@@ -303,7 +472,13 @@ impl Board {
         let mut jobs = Vec::new();
         let mut n_rays = 0;
         let mut push = |n: usize, bytes: u32| {
-            jobs.push(Job { index: jobs.len() as u32, first_ray: n_rays as u32, n_rays: n as u32, bytes });
+            jobs.push(Job {
+                index: jobs.len() as u32,
+                first_ray: n_rays as u32,
+                n_rays: n as u32,
+                bytes,
+                ..Job::default()
+            });
             n_rays += n;
         };
         match work {
@@ -350,7 +525,7 @@ impl Board {
 
     /// Everything counted so far.
     pub fn statistics(&self) -> BoardStatistics {
-        let mut levels = [Traffic::default(); 3];
+        let mut levels = [Traffic::default(); 4];
         for cluster in &self.clusters {
             for (sum, traffic) in levels.iter_mut().zip(cluster.traffic()) {
                 sum.add(traffic);
@@ -361,9 +536,13 @@ impl Board {
             accesses: t.accesses,
             misses: t.misses,
             bytes: t.lines * u64::from(LINE_BYTES),
+            written_bytes: t.written * u64::from(LINE_BYTES),
         };
-        let [list, patch, buffer] = levels;
+        let [list, patch, mask, buffer] = levels;
         let mut memory = vec![named("patch_cache", patch), named("list_cache", list)];
+        if self.spec.partition.is_shells() {
+            memory.push(named("mask_cache", mask));
+        }
         // Without the level the block only passes lines on.
         if self.spec.memory == MemoryLevels::Hierarchical {
             memory.push(named("cluster_buffer", buffer));
@@ -375,14 +554,27 @@ impl Board {
             blocks.extend(cluster.block_accounts(c));
         }
         let [bus_down_bytes, bus_up_bytes] = self.host_link.bytes();
+        let [bus_down_cycles, bus_up_cycles] = self.host_link.bus_cycles();
         BoardStatistics {
             cycles: self.now + self.interrupt_cycles,
             canonical: self.counters,
             bus_down_bytes,
             bus_up_bytes,
+            bus_down_cycles,
+            bus_up_cycles,
+            dram_busy_cycles: self.dram.traffic().busy_cycles,
+            rebalances: self.dispatcher.rebalances(),
             memory,
             blocks,
         }
+    }
+
+    /// What every FIFO counted so far. Cycles on the host's side of interrupts are none of theirs.
+    pub fn link_statistics(&self) -> Vec<crate::sim::FifoStatistics> {
+        let mut statistics = Vec::new();
+        let now = self.now;
+        self.clone().links(&mut |name, link| statistics.push(link.statistics(now, name)));
+        statistics
     }
 
     /// The specification.

@@ -18,6 +18,8 @@ pub mod memory_image;
 
 pub mod functional;
 
+pub mod answers;
+
 pub mod sim;
 
 pub mod blocks;

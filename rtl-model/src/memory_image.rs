@@ -11,8 +11,9 @@ mod tri_box;
 use crate::datapath::PatchWords;
 use crate::datapath::cell_step::{Cell, Grid};
 use crate::fixed::{Formats, index, word_count};
-use crate::memory::LINE_WORDS;
+use crate::memory::{LINE_WORDS, MASKS_PER_LINE};
 use crate::packet::{CellHeader, PATCH_LINE_WORDS, pack_patch, unpack_patch};
+use crate::spec::{BoardSpec, PatchLayout};
 
 /// What the host loads into the patch memory, and where things lie in it.
 ///
@@ -46,14 +47,43 @@ impl MemoryImage {
     /// tests of a ray, in at most 16 MiB or four times the patches' own size, if not too large for `max_bytes`
     /// (the patch memory; a given grid may be larger, which [`crate::board::Board::new`] then refuses).
     ///
-    /// List entries are places in `patches`; hits report `PatchWords::id`, so the host gives patch i the id i.
+    /// List entries are places in `patches` (with layout `by-id`); hits report `PatchWords::id`, so the host gives patch i the id i.
     pub fn build_within(
         formats: &Formats,
         patches: &[PatchWords],
         log2_cells: Option<u32>,
         max_bytes: u64,
     ) -> MemoryImage {
-        let lists = cell_lists::CellLists::build(formats, patches, log2_cells, max_bytes);
+        Self::build_laid_out(formats, patches, log2_cells, max_bytes, PatchLayout::ById)
+    }
+
+    /// The image that a board of `spec` holds of these patches; as [`MemoryImage::build_within`], with its formats, grid,
+    /// memory and layout. In shells the memory also holds the tested masks.
+    pub fn for_board(spec: &BoardSpec, patches: &[PatchWords]) -> MemoryImage {
+        let masks = spec.mask_bytes(word_count(patches.len()));
+        let max_bytes = spec.dram.bytes.saturating_sub(masks);
+        Self::build_laid_out(&spec.formats, patches, spec.grid_log2, max_bytes, spec.dram.layout)
+    }
+
+    /// [`MemoryImage::build_within`], the records in an order. Lists keep the order of `patches`, so that the order of
+    /// records changes nothing but where they lie.
+    pub fn build_laid_out(
+        formats: &Formats,
+        patches: &[PatchWords],
+        log2_cells: Option<u32>,
+        max_bytes: u64,
+        layout: PatchLayout,
+    ) -> MemoryImage {
+        let mut lists = cell_lists::CellLists::build(formats, patches, log2_cells, max_bytes);
+        let reordered;
+        let patches = match layout {
+            PatchLayout::ById => patches,
+            PatchLayout::ByCell => {
+                let order = lists.renumber_by_cell(patches.len());
+                reordered = order.iter().map(|i| patches[index(*i)]).collect::<Vec<_>>();
+                &reordered
+            }
+        };
         let Layout { header_base, list_base, patch_base, n_words } =
             Layout::new(lists.grid.n_cells(), lists.entries.len(), patches.len());
         let line = index(PATCH_LINE_WORDS);
@@ -93,7 +123,17 @@ impl MemoryImage {
         Self::build_within(formats, patches, log2_cells, u64::MAX)
     }
 
-    /// Size in bytes.
+    /// First line of the tested masks, which follow the records (partition in shells).
+    pub fn mask_base(&self) -> u32 {
+        word_count(self.words.len()).div_ceil(LINE_WORDS)
+    }
+
+    /// Lines of the tested masks of all patches for one bundle slot.
+    pub fn mask_lines_per_slot(&self) -> u32 {
+        self.n_patches.div_ceil(MASKS_PER_LINE).max(1)
+    }
+
+    /// Size in bytes, without tested masks.
     pub fn size_bytes(&self) -> usize {
         self.words.len() * 4
     }

@@ -16,6 +16,14 @@ pub struct BoardStatistics {
     pub bus_down_bytes: u64,
     /// Bytes from board to host.
     pub bus_up_bytes: u64,
+    /// Bus cycles of transfers from host to board, their arbitration included.
+    pub bus_down_cycles: u64,
+    /// Bus cycles of transfers from board to host, their arbitration included.
+    pub bus_up_cycles: u64,
+    /// Cycles in which the DRAM was occupied.
+    pub dram_busy_cycles: u64,
+    /// Times that the dispatcher cut the partition anew.
+    pub rebalances: u64,
     /// Cache and memory levels, from the ICU outward.
     pub memory: Vec<LevelStatistics>,
     /// The closed account of every block: causes sum to `cycles`.
@@ -33,6 +41,8 @@ pub struct LevelStatistics {
     pub misses: u64,
     /// Bytes brought in from the next level (DRAM: read): lines, each of which may serve several misses.
     pub bytes: u64,
+    /// Bytes written to the next level (DRAM: written).
+    pub written_bytes: u64,
 }
 
 impl BoardStatistics {
@@ -52,19 +62,15 @@ impl BoardStatistics {
             let zeros = other.combine(other, |_, _| 0);
             return zeros.combine(other, f);
         }
-        let (a, b) = (&self.canonical, &other.canonical);
         BoardStatistics {
             cycles: f(self.cycles, other.cycles),
-            canonical: CanonicalCounters {
-                bundles: f(a.bundles, b.bundles),
-                rays: f(a.rays, b.rays),
-                cells: f(a.cells, b.cells),
-                list_entries: f(a.list_entries, b.list_entries),
-                tests: f(a.tests, b.tests),
-                hits: f(a.hits, b.hits),
-            },
+            canonical: self.canonical.combine(&other.canonical, f),
             bus_down_bytes: f(self.bus_down_bytes, other.bus_down_bytes),
             bus_up_bytes: f(self.bus_up_bytes, other.bus_up_bytes),
+            bus_down_cycles: f(self.bus_down_cycles, other.bus_down_cycles),
+            bus_up_cycles: f(self.bus_up_cycles, other.bus_up_cycles),
+            dram_busy_cycles: f(self.dram_busy_cycles, other.dram_busy_cycles),
+            rebalances: f(self.rebalances, other.rebalances),
             memory: self
                 .memory
                 .iter()
@@ -76,6 +82,7 @@ impl BoardStatistics {
                         accesses: f(level.accesses, o.accesses),
                         misses: f(level.misses, o.misses),
                         bytes: f(level.bytes, o.bytes),
+                        written_bytes: f(level.written_bytes, o.written_bytes),
                     }
                 })
                 .collect(),

@@ -72,11 +72,10 @@ pub fn verify_scene(
     let (mut scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
     let patches = mesh.cast_patches();
     let points = start_points(&scene, &[]);
-    let bytes = board.dram.bytes;
-    let mut functional = timings.measure("board", || {
-        FunctionalCaster::new_within(&board.formats, board.grid_log2, &patches, &points, bytes)
-    })?;
-    let clocked = Board::new(board, functional.image().clone());
+    let spec = board.clone().comparable_by_ray();
+    let mut functional =
+        timings.measure("board", || FunctionalCaster::for_board(&spec, &patches, &points))?;
+    let clocked = Board::new(&spec, functional.image().clone());
     let clocked = clocked.map_err(|error| CastError::Board(error.to_string()))?;
     let offset_m = functional.quantizer().surface_offset_m();
     let about_lights = warnings::lights_on_surfaces(&scene, &mesh, offset_m);

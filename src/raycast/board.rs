@@ -47,8 +47,7 @@ impl BoardCaster {
         patches: &[CastPatch],
         extra_points: &[DVec3],
     ) -> Result<BoardCaster, CastError> {
-        let (quantizer, image) =
-            quantized::load(&spec.formats, spec.grid_log2, patches, extra_points, spec.dram.bytes)?;
+        let (quantizer, image) = quantized::load(spec, patches, extra_points)?;
         let board = Board::new(spec, image).map_err(|e| CastError::Board(e.to_string()))?;
         Ok(BoardCaster { quantizer, board, by_purpose: BTreeMap::new() })
     }

@@ -1,7 +1,7 @@
 //! The board without time: its arithmetic on all threads of the host. Same answers as `board`, no cycles.
 //!
 //! ```text
-//! Query --quantized.rs--> words --rtl_model::functional::trace per ray (rayon)--> hits, canonical counters
+//! Query --quantized.rs--> words --rtl_model::functional piece by piece (rayon)--> hits, canonical counters
 //! ```
 
 use glam::DVec3;
@@ -9,8 +9,10 @@ use rayon::prelude::*;
 use rtl_model::board::{BoardError, Work};
 use rtl_model::datapath::{HitWords, RayWords};
 use rtl_model::fixed::Formats;
-use rtl_model::functional::{CanonicalCounters, RayTrace, trace};
+use rtl_model::functional::{CanonicalCounters, centre_ray, low_resolution_jobs, trace_command};
 use rtl_model::memory_image::MemoryImage;
+use rtl_model::packet::MAX_BUNDLE_RAYS;
+use rtl_model::spec::{BoardSpec, Partition};
 
 use super::quantize::Quantizer;
 use super::quantized::{self, Tracer};
@@ -25,12 +27,14 @@ pub struct FunctionalCaster {
 
 #[derive(Debug)]
 struct FunctionalTracer {
+    spec: BoardSpec,
     image: MemoryImage,
     counters: CanonicalCounters,
 }
 
 impl FunctionalCaster {
-    /// Quantises the scene and builds its patch memory. `extra_points` (m): camera, lights, probes.
+    /// Quantises the scene and builds its patch memory, for rays by themselves in a grid. `extra_points` (m): camera,
+    /// lights, probes.
     ///
     /// # Errors
     /// [`CastError::Board`] when the scene has no board numbers.
@@ -40,22 +44,24 @@ impl FunctionalCaster {
         patches: &[CastPatch],
         extra_points: &[DVec3],
     ) -> Result<FunctionalCaster, CastError> {
-        Self::new_within(formats, grid_log2, patches, extra_points, u64::MAX)
+        let mut spec = BoardSpec { partition: Partition::Grid, grid_log2, ..BoardSpec::default() };
+        spec.formats = *formats;
+        spec.dram.bytes = u64::MAX;
+        Self::for_board(&spec, patches, extra_points)
     }
 
-    /// As [`FunctionalCaster::new`], with the grid that a board with `max_bytes` of patch memory gets: its very image.
+    /// The function of a board of `spec`: its patch memory, its partition, its canonical work.
     ///
     /// # Errors
-    /// [`CastError::Board`] when the scene has no board numbers.
-    pub fn new_within(
-        formats: &Formats,
-        grid_log2: Option<u32>,
+    /// As [`FunctionalCaster::new`].
+    pub fn for_board(
+        spec: &BoardSpec,
         patches: &[CastPatch],
         extra_points: &[DVec3],
-        max_bytes: u64,
     ) -> Result<FunctionalCaster, CastError> {
-        let (quantizer, image) = quantized::load(formats, grid_log2, patches, extra_points, max_bytes)?;
-        let tracer = FunctionalTracer { image, counters: CanonicalCounters::default() };
+        let (quantizer, image) = quantized::load(spec, patches, extra_points)?;
+        let tracer =
+            FunctionalTracer { spec: spec.clone(), image, counters: CanonicalCounters::default() };
         Ok(FunctionalCaster { quantizer, tracer })
     }
 
@@ -93,31 +99,55 @@ impl RayCaster for FunctionalCaster {
     }
 }
 
+/// Jobs that a thread traces at once.
+const JOBS_AT_ONCE: usize = 16;
+
 impl FunctionalTracer {
-    fn run(&mut self, work: Work<'_>, any_hit: bool) -> Vec<RayTrace> {
-        let image = &self.image;
-        let one = |ray: &RayWords| trace(image, ray, any_hit);
-        let traces: Vec<RayTrace> = match work {
-            Work::Rays(rays) => rays.par_iter().with_min_len(64).map(one).collect(),
+    /// A hit a ray, in ray order.
+    fn run(&mut self, work: Work<'_>, any_hit: bool) -> Vec<Option<HitWords>> {
+        let sum = |a: u64, b: u64| a + b;
+        let (spec, image) = (&self.spec, &self.image);
+        let trace = |work: Work<'_>| {
+            // One piece of a command: its low-resolution cast is a matter of the whole.
+            let piece = BoardSpec { partition: piecewise(spec.partition), ..spec.clone() };
+            trace_command(&piece, image, work, any_hit)
+        };
+        let (pieces, n_jobs): (Vec<_>, _) = match work {
+            Work::Rays(rays) => {
+                let pieces = rays.par_chunks(JOBS_AT_ONCE * MAX_BUNDLE_RAYS).map(|rays| trace(Work::Rays(rays)));
+                (pieces.collect(), rays.len().div_ceil(MAX_BUNDLE_RAYS))
+            }
             Work::Bundles(bundles) => {
-                self.counters.bundles += bundles.len() as u64;
-                let formats = &image.formats;
-                let rays: Vec<RayWords> =
-                    bundles.iter().flat_map(|b| (0..b.n_rays()).map(move |i| b.ray(formats, i))).collect();
-                rays.par_iter().with_min_len(64).map(one).collect()
+                let pieces = bundles.par_chunks(JOBS_AT_ONCE).map(|bundles| trace(Work::Bundles(bundles)));
+                (pieces.collect(), bundles.len())
             }
         };
-        traces.iter().for_each(|t| self.counters.count(t));
-        traces
+        let jobs: Vec<usize> = low_resolution_jobs(spec, n_jobs).collect();
+        let centres: Vec<RayWords> = jobs.iter().map(|job| centre_ray(work, &image.formats, *job)).collect();
+        let low: Vec<_> = centres.par_iter().map(|ray| trace(Work::Rays(std::slice::from_ref(ray)))).collect();
+        for (_, work) in &low {
+            self.counters = self.counters.combine(&work.as_low_resolution(), sum);
+        }
+        let mut hits = Vec::new();
+        for (answers, work) in pieces {
+            hits.extend(answers);
+            self.counters = self.counters.combine(&work, sum);
+        }
+        hits
     }
+}
+
+/// The partition without a cast of its own.
+fn piecewise(partition: Partition) -> Partition {
+    if partition.is_shells() { Partition::Shells } else { partition }
 }
 
 impl Tracer for FunctionalTracer {
     fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
-        Ok(self.run(work, false).into_iter().map(|t| t.hit).collect())
+        Ok(self.run(work, false))
     }
 
     fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
-        Ok(self.run(work, true).into_iter().map(|t| t.hit.is_some()).collect())
+        Ok(self.run(work, true).iter().map(Option::is_some).collect())
     }
 }

@@ -8,8 +8,8 @@ use glam::DVec3;
 use rtl_model::board::{BoardError, Work};
 use rtl_model::datapath::HitWords;
 use rtl_model::datapath::bundle::BundleWords;
-use rtl_model::fixed::Formats;
 use rtl_model::memory_image::MemoryImage;
+use rtl_model::spec::BoardSpec;
 
 use super::quantize::{QuantizedRay, Quantizer};
 use super::{CastError, CastPatch, Query, RayHit};
@@ -27,22 +27,20 @@ const RAYS_PER_BATCH: usize = 1 << 16;
 /// Bundles handed over at once.
 const BUNDLES_PER_BATCH: usize = RAYS_PER_BATCH / super::MAX_BUNDLE_RAYS;
 
-/// The cube of a scene and its patch memory; a grid that is chosen here keeps it within `max_bytes` if it can.
+/// The cube of a scene and the patch memory that a board of `spec` holds of it.
 pub(super) fn load(
-    formats: &Formats,
-    grid_log2: Option<u32>,
+    spec: &BoardSpec,
     patches: &[CastPatch],
     extra_points: &[DVec3],
-    max_bytes: u64,
 ) -> Result<(Quantizer, MemoryImage), CastError> {
     let quantizer =
-        Quantizer::new(formats, patches, extra_points).map_err(|e| CastError::Board(e.to_string()))?;
+        Quantizer::new(&spec.formats, patches, extra_points).map_err(|e| CastError::Board(e.to_string()))?;
     let mut words = Vec::with_capacity(patches.len());
     for (id, patch) in patches.iter().enumerate() {
         let patch = quantizer.patch(id as u32, patch);
         words.push(patch.ok_or_else(|| CastError::Board(format!("patch {id} lies outside the cube")))?);
     }
-    let image = MemoryImage::build_within(formats, &words, grid_log2, max_bytes);
+    let image = MemoryImage::for_board(spec, &words);
     Ok((quantizer, image))
 }
 

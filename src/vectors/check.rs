@@ -122,9 +122,9 @@ pub fn check(vectors: &Vectors, spec: &BoardSpec) -> Result<Check, CheckError> {
     }
     let formats = vectors.formats;
     let grid_log2 = vectors.grid_log2.or(spec.grid_log2);
-    let spec = BoardSpec { formats, grid_log2, ..spec.clone() };
+    let spec = BoardSpec { formats, grid_log2, ..spec.clone() }.comparable_by_ray();
     spec.validate().map_err(BoardError::Spec)?;
-    let image = MemoryImage::build_within(&formats, &vectors.patches, spec.grid_log2, spec.dram.bytes);
+    let image = MemoryImage::for_board(&spec, &vectors.patches);
     let mut board = Board::new(&spec, image)?;
     let clocked = trace_clocked(&mut board, &vectors.rays)?;
     let image = board.image();

@@ -1,48 +1,50 @@
-//! A cluster: one bundle generator, its modules (k CTUs, loader, ICU, reducer), one result merge, one memory.
+//! A cluster: one bundle generator, its modules, one result merge, one memory.
 //!
 //! ```text
-//! commands --> generator ==> k x M CTUs ==> result merge --> entries
-//!                            loader, ICU, reducer per module; caches ==> cluster buffer --> DRAM
+//! commands --> generator ==> modules (CTUs, tracker, loader, ICU, reducer) ==> result merge --> entries
+//!                            caches ==> cluster buffer --> DRAM
 //! ```
 //! Owns blocks and links as plain fields and wires them by split borrows. The parts tick in any order.
 
-use crate::board::Work;
-use crate::functional::CanonicalCounters;
-use crate::memory::{ClusterBuffer, ClusterBufferIo, DramPort, Line, ReadPort, Traffic};
+use crate::answers::Answers;
+use crate::memory::{ClusterBuffer, ClusterBufferIo, DramPort, Line, MemoryRequest, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Accounts, Activity, BlockAccount, Cycle, Fifo, Wire, Wires};
+use crate::sim::{Accounts, Activity, BlockAccount, Cycle, Fifo, LinkState, Observer, Wire};
 use crate::spec::BoardSpec;
 
+use super::module::{Front, LINK_ENTRIES, Module};
 use super::{
-    BundleGenerator, BundleGeneratorIo, CellRequest, Ctu, CtuIo, HostPort, Icu, IcuIo, Job, ListDone, NewRay,
-    PatchLoader, PatchLoaderIo, RayResult, Reduced, Reducer, ReducerIo, ResultMerge, ResultMergeIo,
-    TestResult, TestToken,
+    BundleGenerator, BundleGeneratorIo, CtuIo, HostPort, IcuIo, Job, NewRay, PatchLoaderIo, RayEnd, RayStore,
+    ReducerIo, ResultMerge, ResultMergeIo, Run, ShellCtuIo, ShellLoaderIo, ShellTrackerIo,
 };
 
 /// A part of a cluster that ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Generator,
-    Ctu { module: u8, ctu: u8 },
-    Loader { module: u8 },
-    Icu { module: u8 },
-    Reducer { module: u8 },
+    /// In shells only.
+    Tracker {
+        module: u8,
+    },
+    Ctu {
+        module: u8,
+        ctu: u8,
+    },
+    Loader {
+        module: u8,
+    },
+    Icu {
+        module: u8,
+    },
+    Reducer {
+        module: u8,
+    },
     Merge,
     Buffer,
 }
 
-#[derive(Clone, Debug)]
-struct Module {
-    ctus: Vec<Ctu>,
-    loader: PatchLoader,
-    icu: Icu,
-    reducer: Reducer,
-    requests: Vec<Fifo<CellRequest>>,
-    tests: Fifo<TestToken>,
-    test_results: Fifo<TestResult>,
-    list_done: Wires<ListDone>,
-    reduced: Wires<Reduced>,
-}
+/// Caches of a module: lists, patches, masks.
+const CACHES: usize = 3;
 
 /// The cluster.
 #[derive(Clone, Debug)]
@@ -51,15 +53,16 @@ pub struct Cluster {
     modules: Vec<Module>,
     merge: ResultMerge,
     buffer: ClusterBuffer,
-    /// Links of CTU c of module m: index m k + c.
+    store: RayStore,
+    /// Grid: links of CTU c of module m, index m k + c. Shells: a link a module.
     rays: Vec<Fifo<NewRay>>,
-    results: Vec<Fifo<RayResult>>,
+    ends: Vec<Fifo<RayEnd>>,
     started: Wire<(u8, Job)>,
     /// The merge's taken slots at the start of the cycle.
     taken_slots: u64,
     n_slots: u32,
-    /// Links of the caches: 2 m the list cache of module m, 2 m + 1 its patch cache.
-    misses: Vec<Fifo<Line>>,
+    /// Links of the caches: 3 m the list cache of module m, 3 m + 1 its patch cache, 3 m + 2 its mask cache.
+    misses: Vec<Fifo<MemoryRequest>>,
     fills: Vec<Wire<Line>>,
     /// Every part, in the order of ticks, and its account.
     parts: Vec<Part>,
@@ -72,69 +75,44 @@ pub struct Cluster {
 /// What surrounds a cluster in a cycle.
 #[derive(Debug)]
 pub struct ClusterIo<'a> {
-    /// What the command's jobs hold.
-    pub work: Work<'a>,
-    /// The command asks for any hit only.
-    pub any_hit: bool,
-    /// The patch memory.
-    pub image: &'a MemoryImage,
     /// To and from the host.
     pub host: &'a mut HostPort,
     /// To and from the DRAM.
     pub dram: &'a mut DramPort,
-    /// Canonical counts.
-    pub counters: &'a mut CanonicalCounters,
 }
 
-/// A valid/ready link with its 2-entry skid buffer.
-const LINK_ENTRIES: u32 = 2;
-
 impl Cluster {
-    /// An empty cluster of a validated specification.
-    pub fn new(spec: &BoardSpec) -> Self {
-        let (modules, k, contexts) = (spec.clusters.modules, spec.clusters.ctus_per_icu, spec.ctu.contexts);
-        let caches = spec.effective_cache_bytes();
+    /// Cluster `number` of a validated specification, empty, its blocks numbered from `first_block` on.
+    pub fn new(spec: &BoardSpec, image: &MemoryImage, number: u32, first_block: u16) -> Self {
+        let (modules, k) = (spec.clusters.modules, spec.clusters.ctus_per_icu);
+        let in_shells = spec.partition.is_shells();
         let mut parts = vec![Part::Generator];
         for module in 0..modules as u8 {
+            parts.extend(in_shells.then_some(Part::Tracker { module }));
             parts.extend((0..k as u8).map(|ctu| Part::Ctu { module, ctu }));
             parts.extend([Part::Loader { module }, Part::Icu { module }, Part::Reducer { module }]);
         }
         parts.extend([Part::Merge, Part::Buffer]);
-        let module = || Module {
-            ctus: (0..k).map(|id| Ctu::new(&spec.ctu, id as u8)).collect(),
-            loader: PatchLoader::new(
-                spec.loader.slots,
-                k,
-                contexts,
-                ReadPort::new(caches.list, spec.list_cache.ways, spec.list_cache.miss_registers),
-                ReadPort::new(caches.patch, spec.patch_cache.ways, spec.patch_cache.miss_registers),
-            ),
-            icu: Icu::new(&spec.icu_timing()),
-            reducer: Reducer::new(k, contexts),
-            requests: vec![Fifo::new(spec.fifos.ctu_icu); k as usize],
-            tests: Fifo::new(LINK_ENTRIES),
-            test_results: Fifo::new(spec.fifos.icu_reducer),
-            list_done: Wires::new(k as usize),
-            reduced: Wires::new(k as usize),
-        };
+        let n_links = if in_shells { modules } else { modules * k } as usize;
         Cluster {
-            generator: BundleGenerator::default(),
-            modules: (0..modules).map(|_| module()).collect(),
+            generator: BundleGenerator::new(in_shells.then_some(modules)),
+            modules: (0..modules).map(|m| Module::new(spec, image, number, m)).collect(),
             merge: ResultMerge::new(spec.clusters.bundle_slots),
             buffer: ClusterBuffer::new(
-                caches.buffer,
+                spec.effective_cache_bytes().buffer,
                 spec.cluster_buffer.ways,
                 spec.cluster_buffer.cycles,
                 spec.cluster_buffer.miss_registers,
             ),
-            rays: vec![Fifo::new(LINK_ENTRIES); (modules * k) as usize],
-            results: vec![Fifo::new(LINK_ENTRIES); (modules * k) as usize],
+            store: RayStore::new(spec.clusters.bundle_slots),
+            rays: vec![Fifo::new(LINK_ENTRIES); n_links],
+            ends: vec![Fifo::new(LINK_ENTRIES); n_links],
             started: Wire::new(),
             taken_slots: 0,
             n_slots: spec.clusters.bundle_slots,
-            misses: vec![Fifo::new(LINK_ENTRIES); 2 * modules as usize],
-            fills: vec![Wire::new(); 2 * modules as usize],
-            accounts: Accounts::new(parts.len()),
+            misses: vec![Fifo::new(LINK_ENTRIES); CACHES * modules as usize],
+            fills: vec![Wire::new(); CACHES * modules as usize],
+            accounts: Accounts::new(parts.len(), first_block),
             parts,
             #[cfg(test)]
             permutation: None,
@@ -144,140 +122,187 @@ impl Cluster {
 
     /// One cycle of every part; true when any of them worked.
     #[inline]
-    pub fn tick(&mut self, now: Cycle, mut io: ClusterIo<'_>) -> bool {
+    pub fn tick<A: Answers, O: Observer>(
+        &mut self,
+        now: Cycle,
+        mut io: ClusterIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> bool {
         let assigned = self.taken_slots != 0 || io.host.commands.len(now) > 0 || !self.generator.is_quiet();
         #[cfg(test)]
         if let Some(permutation) = self.permutation.take() {
             let worked = permutation
                 .iter()
-                .map(|&i| self.tick_and_record(now, self.parts[i], i, assigned, &mut io))
+                .map(|&i| self.tick_and_record(now, self.parts[i], i, assigned, &mut io, run))
                 .fold(false, |any, worked| any | worked);
             self.permutation = Some(permutation);
             return worked;
         }
         // The order of `parts`, written out so that each part's code stands in line.
-        let mut worked = self.tick_and_record(now, Part::Generator, 0, assigned, &mut io);
+        let mut worked = self.tick_and_record(now, Part::Generator, 0, assigned, &mut io, run);
         let mut i = 1;
         for module in 0..self.modules.len() as u8 {
-            for ctu in 0..self.ctus_per_icu as u8 {
-                worked |= self.tick_and_record(now, Part::Ctu { module, ctu }, i, assigned, &mut io);
+            if let Front::Shells(_) = self.modules[usize::from(module)].front {
+                worked |= self.tick_and_record(now, Part::Tracker { module }, i, assigned, &mut io, run);
                 i += 1;
             }
-            worked |= self.tick_and_record(now, Part::Loader { module }, i, assigned, &mut io);
-            worked |= self.tick_and_record(now, Part::Icu { module }, i + 1, assigned, &mut io);
-            worked |= self.tick_and_record(now, Part::Reducer { module }, i + 2, assigned, &mut io);
+            for ctu in 0..self.ctus_per_icu as u8 {
+                worked |= self.tick_and_record(now, Part::Ctu { module, ctu }, i, assigned, &mut io, run);
+                i += 1;
+            }
+            worked |= self.tick_and_record(now, Part::Loader { module }, i, assigned, &mut io, run);
+            worked |= self.tick_and_record(now, Part::Icu { module }, i + 1, assigned, &mut io, run);
+            worked |= self.tick_and_record(now, Part::Reducer { module }, i + 2, assigned, &mut io, run);
             i += 3;
         }
-        worked |= self.tick_and_record(now, Part::Merge, i, assigned, &mut io);
-        worked |= self.tick_and_record(now, Part::Buffer, i + 1, assigned, &mut io);
+        worked |= self.tick_and_record(now, Part::Merge, i, assigned, &mut io, run);
+        worked |= self.tick_and_record(now, Part::Buffer, i + 1, assigned, &mut io, run);
         worked
     }
 
     #[inline(always)]
-    fn tick_and_record(
+    fn tick_and_record<A: Answers, O: Observer>(
         &mut self,
         now: Cycle,
         part: Part,
         account: usize,
         assigned: bool,
         io: &mut ClusterIo<'_>,
+        run: &mut Run<'_, A, O>,
     ) -> bool {
-        let activity = self.tick_part(now, part, io);
-        self.accounts.record(account, activity, assigned);
+        run.block = self.accounts.number(account);
+        let activity = self.tick_part(now, part, io, run);
+        self.accounts.record(now, account, activity, assigned, run.observer);
         activity == Activity::Work
     }
 
     #[inline(always)]
-    fn tick_part(&mut self, now: Cycle, part: Part, io: &mut ClusterIo<'_>) -> Activity {
+    fn tick_part<A: Answers, O: Observer>(
+        &mut self,
+        now: Cycle,
+        part: Part,
+        io: &mut ClusterIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> Activity {
         match part {
-            Part::Generator => self.generator.tick(
-                now,
-                BundleGeneratorIo {
-                    work: io.work,
-                    formats: &io.image.formats,
+            Part::Generator => {
+                let io = BundleGeneratorIo {
                     commands: &mut io.host.commands,
                     taken_slots: self.taken_slots,
                     n_slots: self.n_slots,
                     started: &mut self.started,
+                    store: &mut self.store,
                     rays: &mut self.rays,
-                },
-            ),
-            Part::Ctu { module, ctu } => {
-                let (m, ctu) = (usize::from(module), usize::from(ctu));
-                let (link, module) = (m * self.ctus_per_icu + ctu, &mut self.modules[m]);
-                module.ctus[ctu].tick(
-                    now,
-                    CtuIo {
-                        image: io.image,
-                        any_hit: io.any_hit,
-                        rays: &mut self.rays[link],
-                        requests: &mut module.requests[ctu],
-                        results: &mut self.results[link],
-                        list_done: &module.list_done,
-                        reduced: &module.reduced,
-                        counters: io.counters,
-                    },
-                )
-            }
-            Part::Loader { module } => {
-                let m = usize::from(module);
-                let module = &mut self.modules[m];
-                let [list_misses, patch_misses] = &mut self.misses[2 * m..2 * m + 2] else {
-                    unreachable!("two caches a module")
                 };
-                module.loader.tick(
-                    now,
-                    PatchLoaderIo {
-                        image: io.image,
-                        requests: &mut module.requests,
-                        tests: &mut module.tests,
-                        list_done: &mut module.list_done,
-                        list_misses,
-                        list_fill: &self.fills[2 * m],
-                        patch_misses,
-                        patch_fill: &self.fills[2 * m + 1],
-                        counters: io.counters,
-                    },
-                )
+                self.generator.tick(now, io, run)
             }
-            Part::Icu { module } => {
-                let module = &mut self.modules[usize::from(module)];
-                module.icu.tick(
-                    now,
-                    IcuIo {
-                        image: io.image,
-                        ctus: &module.ctus,
-                        tests: &mut module.tests,
-                        results: &mut module.test_results,
-                        counters: io.counters,
-                    },
-                )
+            Part::Tracker { module: m } => {
+                let m = usize::from(m);
+                let Module { front: Front::Shells(front), reduced, .. } = &mut self.modules[m] else {
+                    unreachable!("a tracker is a part in shells only")
+                };
+                let io = ShellTrackerIo {
+                    rays: &mut self.rays[m],
+                    store: &self.store,
+                    requests: &mut front.requests,
+                    visits: &mut front.visits,
+                    entries: &mut front.entries,
+                    entry_done: &front.entry_done,
+                    reduced,
+                    ends: &mut self.ends[m],
+                    over: &mut front.over,
+                };
+                front.tracker.tick(now, io, run)
             }
-            Part::Reducer { module } => {
-                let module = &mut self.modules[usize::from(module)];
-                module
-                    .reducer
-                    .tick(now, ReducerIo { results: &mut module.test_results, reduced: &mut module.reduced })
+            Part::Ctu { module: m, ctu } => {
+                let (m, ctu) = (usize::from(m), usize::from(ctu));
+                let module = &mut self.modules[m];
+                match &mut module.front {
+                    Front::Grid(front) => {
+                        let link = m * self.ctus_per_icu + ctu;
+                        let io = CtuIo {
+                            store: &self.store,
+                            rays: &mut self.rays[link],
+                            requests: &mut front.requests[ctu],
+                            ends: &mut self.ends[link],
+                            list_done: &front.list_done,
+                            reduced: &module.reduced,
+                        };
+                        front.ctus[ctu].tick(now, io, run)
+                    }
+                    Front::Shells(front) => {
+                        let io = ShellCtuIo {
+                            store: &self.store,
+                            requests: &mut front.requests[ctu],
+                            visits: &mut front.visits[ctu],
+                        };
+                        front.ctus[ctu].tick(now, io, run)
+                    }
+                }
             }
-            Part::Merge => self.merge.tick(
-                now,
-                ResultMergeIo {
-                    any_hit: io.any_hit,
-                    started: &self.started,
-                    results: &mut self.results,
-                    host: io.host,
-                    counters: io.counters,
-                },
-            ),
-            Part::Buffer => self.buffer.tick(
-                now,
-                ClusterBufferIo {
+            Part::Loader { module: m } => {
+                let m = usize::from(m);
+                let module = &mut self.modules[m];
+                let [list_misses, patch_misses, mask_misses] = &mut self.misses[CACHES * m..][..CACHES] else {
+                    unreachable!("three caches a module")
+                };
+                let [list_fill, patch_fill, mask_fill] = &self.fills[CACHES * m..][..CACHES] else {
+                    unreachable!("three caches a module")
+                };
+                match &mut module.front {
+                    Front::Grid(front) => {
+                        let io = PatchLoaderIo {
+                            requests: &mut front.requests,
+                            jobs: &mut module.jobs,
+                            list_done: &mut front.list_done,
+                            list_misses,
+                            list_fill,
+                            patch_misses,
+                            patch_fill,
+                        };
+                        front.loader.tick(now, io, run)
+                    }
+                    Front::Shells(front) => {
+                        let io = ShellLoaderIo {
+                            entries: &mut front.entries,
+                            over: &front.over,
+                            jobs: &mut module.jobs,
+                            entry_done: &mut front.entry_done,
+                            list_misses,
+                            list_fill,
+                            patch_misses,
+                            patch_fill,
+                            mask_misses,
+                            mask_fill,
+                        };
+                        front.loader.tick(now, io, run)
+                    }
+                }
+            }
+            Part::Icu { module: m } => {
+                let module = &mut self.modules[usize::from(m)];
+                let io =
+                    IcuIo { jobs: &mut module.jobs, store: &self.store, results: &mut module.test_results };
+                module.icu.tick(now, io, run)
+            }
+            Part::Reducer { module: m } => {
+                let module = &mut self.modules[usize::from(m)];
+                let (results, reduced) = (&mut module.test_results, &mut module.reduced);
+                super::Reducer.tick(now, ReducerIo { results, store: &mut self.store, reduced }, run)
+            }
+            Part::Merge => {
+                let (started, ends, store) = (&self.started, &mut self.ends[..], &self.store);
+                self.merge.tick(now, ResultMergeIo { started, ends, store, host: io.host }, run)
+            }
+            Part::Buffer => {
+                let io = ClusterBufferIo {
                     requests: &mut self.misses,
                     fills: &mut self.fills,
                     dram_request: &mut io.dram.requests,
                     dram_response: &mut io.dram.responses,
-                },
-            ),
+                };
+                self.buffer.tick(now, io, run.observer)
+            }
         }
     }
 
@@ -287,26 +312,42 @@ impl Cluster {
         self.taken_slots = self.merge.taken_slots();
     }
 
-    /// True when no token, line or message is anywhere in the cluster.
+    /// Shows every link with its name.
+    pub(crate) fn links(&mut self, cluster: usize, see: &mut dyn FnMut(String, &mut LinkState)) {
+        let in_shells = self.generator_links_modules();
+        let k = self.ctus_per_icu;
+        let of = |i: usize| match in_shells {
+            true => format!("cluster{cluster}.module{i}"),
+            false => format!("cluster{cluster}.module{}.ctu{}", i / k, i % k),
+        };
+        for (i, link) in self.rays.iter_mut().enumerate() {
+            see(format!("{}.rays", of(i)), link.state_mut());
+        }
+        for (m, module) in self.modules.iter_mut().enumerate() {
+            module.links(&format!("cluster{cluster}.module{m}"), see);
+        }
+        for (i, link) in self.misses.iter_mut().enumerate() {
+            let cache = ["list", "patch", "mask"][i % CACHES];
+            if in_shells || cache != "mask" {
+                see(format!("cluster{cluster}.module{}.{cache}_misses", i / CACHES), link.state_mut());
+            }
+        }
+        for (i, link) in self.ends.iter_mut().enumerate() {
+            see(format!("{}.ends", of(i)), link.state_mut());
+        }
+    }
+
+    fn generator_links_modules(&self) -> bool {
+        matches!(self.modules[0].front, Front::Shells(_))
+    }
+
+    /// True when no token, line or message is in a block or on a wire; links are the board's to look at.
     pub fn is_quiet(&self, now: Cycle) -> bool {
-        let modules = self.modules.iter().all(|m| {
-            m.ctus.iter().all(Ctu::is_quiet)
-                && m.loader.is_quiet()
-                && m.icu.is_quiet()
-                && m.requests.iter().all(Fifo::is_empty)
-                && m.tests.is_empty()
-                && m.test_results.is_empty()
-                && m.list_done.is_quiet(now)
-                && m.reduced.is_quiet(now)
-        });
-        modules
+        self.modules.iter().all(|m| m.is_quiet(now))
             && self.generator.is_quiet()
             && self.merge.is_quiet()
             && self.buffer.is_quiet()
             && self.started.is_quiet(now)
-            && self.rays.iter().all(Fifo::is_empty)
-            && self.results.iter().all(Fifo::is_empty)
-            && self.misses.iter().all(Fifo::is_empty)
             && self.fills.iter().all(|w| w.is_quiet(now))
     }
 
@@ -315,12 +356,15 @@ impl Cluster {
         self.accounts.end_run(after);
     }
 
+    /// Names of the parts, in the order of their numbers.
+    pub(crate) fn block_names(&self, cluster: usize) -> impl Iterator<Item = String> {
+        self.parts.iter().map(move |part| part.name(cluster))
+    }
+
     /// The named accounts of every part.
     pub fn block_accounts(&self, cluster: usize) -> Vec<BlockAccount> {
         let parts = self.parts.iter().enumerate();
-        let mut blocks: Vec<_> = parts.map(|(i, part)| self.accounts.named(i, part.name(cluster))).collect();
-        blocks.sort_by(|a, b| a.block.cmp(&b.block));
-        blocks
+        parts.map(|(i, part)| self.accounts.named(i, part.name(cluster))).collect()
     }
 
     /// Each part's latest activity, for the watchdog's message.
@@ -329,12 +373,13 @@ impl Cluster {
         parts.map(move |(i, part)| format!("{} {}", part.name(cluster), self.accounts.latest(i)))
     }
 
-    /// Traffic of the list caches, patch caches and the cluster buffer.
-    pub fn traffic(&self) -> [Traffic; 3] {
-        let mut sum = [Traffic::default(), Traffic::default(), self.buffer.traffic()];
+    /// Traffic of the list caches, patch caches, mask caches and the cluster buffer.
+    pub fn traffic(&self) -> [Traffic; 4] {
+        let mut sum = [Traffic::default(); CACHES + 1];
+        sum[CACHES] = self.buffer.traffic();
         for module in &self.modules {
-            for (level, traffic) in module.loader.traffic().into_iter().enumerate() {
-                sum[level].add(traffic);
+            for (level, traffic) in sum.iter_mut().zip(module.traffic()) {
+                level.add(traffic);
             }
         }
         sum
@@ -357,6 +402,7 @@ impl Part {
     fn name(self, cluster: usize) -> String {
         match self {
             Part::Generator => format!("cluster{cluster}.bundle_generator"),
+            Part::Tracker { module } => format!("cluster{cluster}.module{module}.shell_tracker"),
             Part::Ctu { module, ctu } => format!("cluster{cluster}.module{module}.ctu{ctu}"),
             Part::Loader { module } => format!("cluster{cluster}.module{module}.patch_loader"),
             Part::Icu { module } => format!("cluster{cluster}.module{module}.icu"),

@@ -1,4 +1,4 @@
-//! Cell Traversal Unit: steps its rays through the grid, one step a cycle, each ray waiting for its cell's tests.
+//! Cell Traversal Unit in grid partition: steps its rays through the grid, one step a cycle, each ray waiting for its cell's tests.
 //!
 //! ```text
 //! new rays --> [ contexts ] --ready, in turn--> [ step pipeline, depth cycles ] --+--> cell requests (occupied cell)
@@ -14,22 +14,21 @@
 //! Source: 1990-92 board papers (CTUs feed one ICU); contexts and timing ASSUMED. The occupancy bit of every cell is
 //! ASSUMED to be on the CTU's chip, so that empty cells cost no memory access.
 
+use crate::answers::{Answers, Step};
+use crate::datapath::HitWords;
 use crate::datapath::cell_step::{Cell, advance};
-use crate::datapath::{HitWords, RayWords};
-use crate::functional::CanonicalCounters;
-use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe, Wires, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, Pipe, RayRef, Wires, next_set_bit};
 use crate::spec::CtuSpec;
 
-use super::{CellRequest, ContextId, ListDone, NewRay, RayResult, Reduced};
+use super::{CellRequest, ContextId, ListDone, NewRay, RayEnd, RayStore, Reduced, Run};
 
 #[derive(Clone, Copy, Debug)]
 struct Context {
-    ray: RayWords,
+    ray: RayRef,
     cell: Cell,
     best: Option<HitWords>,
-    slot: u8,
-    index: u8,
+    /// Cells entered and tests made.
+    cost: u32,
     /// Not yet in its first cell.
     entering: bool,
     /// No cell request made yet.
@@ -51,7 +50,7 @@ enum Outcome {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct Issued {
     context: u8,
     outcome: Outcome,
 }
@@ -66,7 +65,7 @@ pub struct Ctu {
     ready: u64,
     turn: u32,
     cooldown: u32,
-    pipe: Pipe<Step>,
+    pipe: Pipe<Issued>,
     initiation_interval: u32,
     id: u8,
     contexts: Vec<Context>,
@@ -75,33 +74,28 @@ pub struct Ctu {
 /// The ports of a cycle.
 #[derive(Debug)]
 pub struct CtuIo<'a> {
-    /// The grid and its occupancy bits.
-    pub image: &'a MemoryImage,
-    /// The command asks for any hit only.
-    pub any_hit: bool,
+    /// The rays' words.
+    pub store: &'a RayStore,
     /// Rays from the bundle generator.
     pub rays: &'a mut Fifo<NewRay>,
     /// To the patch loader.
     pub requests: &'a mut Fifo<CellRequest>,
     /// To the result merge.
-    pub results: &'a mut Fifo<RayResult>,
+    pub ends: &'a mut Fifo<RayEnd>,
     /// From the patch loader.
     pub list_done: &'a Wires<ListDone>,
     /// From the reducer.
     pub reduced: &'a Wires<Reduced>,
-    /// Canonical counts.
-    pub counters: &'a mut CanonicalCounters,
 }
 
 impl Ctu {
     /// An idle unit, number `id` of its module.
     pub fn new(spec: &CtuSpec, id: u8) -> Self {
         let empty = Context {
-            ray: NewRay::default().ray,
+            ray: RayRef::default(),
             cell: Cell([0; 3]),
             best: None,
-            slot: 0,
-            index: 0,
+            cost: 0,
             entering: false,
             fresh: false,
             list_done: false,
@@ -120,12 +114,6 @@ impl Ctu {
         }
     }
 
-    /// The ray in a context, for the ICU.
-    #[inline]
-    pub fn ray(&self, context: u8) -> &RayWords {
-        &self.contexts[usize::from(context)].ray
-    }
-
     /// True when no ray is inside.
     pub fn is_quiet(&self) -> bool {
         self.free == self.all
@@ -133,7 +121,12 @@ impl Ctu {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, now: Cycle, io: CtuIo<'_>) -> Activity {
+    pub fn tick<A: Answers, O: Observer>(
+        &mut self,
+        now: Cycle,
+        io: CtuIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> Activity {
         let to_me = usize::from(self.id);
         let messages = io.list_done.has(now, to_me) | io.reduced.has(now, to_me);
         let arrival = (self.free != 0) && io.rays.front(now).is_some();
@@ -145,6 +138,8 @@ impl Ctu {
             let context = &mut self.contexts[usize::from(done.context)];
             context.list_done = true;
             context.outstanding += done.tests.cast_signed();
+            context.cost += done.tests;
+            run.observer.ray(now, run.block, context.ray, Phase::Loading, Phase::Away);
             self.wake(done.context);
         }
         if let Some(reduced) = io.reduced.get(now, to_me) {
@@ -153,8 +148,8 @@ impl Ctu {
             context.outstanding -= 1;
             self.wake(reduced.context);
         }
-        let blocked = !self.leave_pipe(now, io.requests, io.results);
-        let arrived = self.accept(now, io.rays);
+        let blocked = !self.leave_pipe(now, io.requests, io.ends, run);
+        let arrived = self.accept(now, io.rays, run);
         self.cooldown = self.cooldown.saturating_sub(1);
         let mut issued = false;
         if !blocked {
@@ -166,10 +161,9 @@ impl Ctu {
                 self.turn = context + 1;
                 self.cooldown = self.initiation_interval;
                 issued = true;
-                step = Some(Step {
-                    context: context as u8,
-                    outcome: self.contexts[context as usize].step(io.image, io.any_hit, io.counters),
-                });
+                let stepping = &mut self.contexts[context as usize];
+                run.observer.ray(now, run.block, stepping.ray, Phase::Away, Phase::Stepping);
+                step = Some(Issued { context: context as u8, outcome: stepping.step(io.store, run) });
             }
             if issued || !self.pipe.is_empty() {
                 self.pipe.step(step);
@@ -196,16 +190,20 @@ impl Ctu {
     }
 
     /// Sends the pipeline's oldest step on; false when its link is full.
-    fn leave_pipe(
+    fn leave_pipe<A, O: Observer>(
         &mut self,
         now: Cycle,
         requests: &mut Fifo<CellRequest>,
-        results: &mut Fifo<RayResult>,
+        ends: &mut Fifo<RayEnd>,
+        run: &mut Run<'_, A, O>,
     ) -> bool {
-        let Some(&Step { context: id, outcome }) = self.pipe.head() else { return true };
+        let Some(&Issued { context: id, outcome }) = self.pipe.head() else { return true };
         let context = &mut self.contexts[usize::from(id)];
         match outcome {
-            Outcome::Again => self.ready |= 1 << id,
+            Outcome::Again => {
+                self.ready |= 1 << id;
+                run.observer.ray(now, run.block, context.ray, Phase::Stepping, Phase::Away);
+            }
             Outcome::Request => {
                 if !requests.can_push(now) {
                     return false;
@@ -213,13 +211,17 @@ impl Ctu {
                 context.list_done = false;
                 let fresh = std::mem::take(&mut context.fresh);
                 let from = ContextId { ctu: self.id, context: id };
-                requests.push(now, CellRequest { context: from, cell: context.cell, fresh });
+                let (ray, cell) = (context.ray, context.cell);
+                requests.send(now, CellRequest { context: from, ray, cell, fresh }, run.observer);
+                run.observer.ray(now, run.block, ray, Phase::Stepping, Phase::Queued);
             }
             Outcome::End => {
-                if !results.can_push(now) {
+                if !ends.can_push(now) {
                     return false;
                 }
-                results.push(now, RayResult { slot: context.slot, index: context.index, hit: context.best });
+                let (ray, cost) = (context.ray, context.cost);
+                ends.send(now, RayEnd { ray, n_rays: 1, cost }, run.observer);
+                run.observer.ray(now, run.block, ray, Phase::Stepping, Phase::Returning);
                 self.free |= 1 << id;
             }
         }
@@ -227,15 +229,19 @@ impl Ctu {
     }
 
     /// Takes a new ray into a free context; it may step from the next cycle on. Returns that context's bit.
-    fn accept(&mut self, now: Cycle, rays: &mut Fifo<NewRay>) -> u64 {
+    fn accept<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        rays: &mut Fifo<NewRay>,
+        run: &mut Run<'_, A, O>,
+    ) -> u64 {
         let Some(context) = next_set_bit(self.free, 0) else { return 0 };
-        let Some(NewRay { ray, slot, index }) = rays.pop(now) else { return 0 };
+        let Some(NewRay { ray, .. }) = rays.take(now, run.observer) else { return 0 };
         self.contexts[context as usize] = Context {
             ray,
             cell: Cell([0; 3]),
             best: None,
-            slot,
-            index,
+            cost: 0,
             entering: true,
             fresh: true,
             list_done: false,
@@ -249,61 +255,72 @@ impl Ctu {
 
 impl Context {
     /// Enters the first or the next cell, or ends the ray.
-    fn step(&mut self, image: &MemoryImage, any_hit: bool, counters: &mut CanonicalCounters) -> Outcome {
-        if std::mem::take(&mut self.entering) {
-            counters.rays += 1;
-            self.cell = image.grid.cell_of(&image.formats, self.ray.origin);
-        } else {
-            if any_hit && self.best.is_some() {
-                return Outcome::End;
-            }
-            let limit = self.best.map_or(self.ray.t_max, |hit| hit.t);
-            match advance(&image.formats, &image.grid, &self.ray, self.cell, limit) {
-                Some(cell) => self.cell = cell,
-                None => return Outcome::End,
-            }
+    #[inline]
+    fn step<A: Answers, O>(&mut self, store: &RayStore, run: &mut Run<'_, A, O>) -> Outcome {
+        let entering = std::mem::take(&mut self.entering);
+        run.counters.rays += u64::from(entering);
+        if !entering && run.any_hit && self.best.is_some() {
+            return Outcome::End;
         }
-        counters.cells += 1;
-        if image.is_occupied(self.cell) { Outcome::Request } else { Outcome::Again }
+        let (image, at) = (run.image, self.cell);
+        let ray = store.words(self.ray);
+        let limit_t = self.best.map_or(ray.t_max, |hit| hit.t);
+        let step = run.answers.step(run.at(self.ray), || {
+            if entering {
+                return Step::Enter(image.grid.cell_of(&image.formats, ray.origin));
+            }
+            advance(&image.formats, &image.grid, ray, at, limit_t).map_or(Step::End, Step::Enter)
+        });
+        let Step::Enter(cell) = step else { return Outcome::End };
+        self.cell = cell;
+        self.cost += 1;
+        run.counters.cells += 1;
+        if image.is_occupied(cell) { Outcome::Request } else { Outcome::Again }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answers::Live;
+    use crate::blocks::bench::Bench;
+    use crate::datapath::RayWords;
     use crate::fixed::Formats;
+    use crate::memory_image::MemoryImage;
 
     /// Cycles in which steps are made by `n_rays` rays along a row of 8 empty cells, and in which results leave.
     fn steps_and_results(spec: &CtuSpec, n_rays: u32) -> (Vec<u64>, Vec<u64>) {
         let formats = Formats::default();
-        let image = MemoryImage::build(&formats, &[], Some(3));
+        let mut bench = Bench::new(MemoryImage::build(&formats, &[], Some(3)));
         let one = 1 << formats.coord_frac_bits;
-        let ray = RayWords { origin: [-one; 3], dir: [one - 1, 0, 0], t_max: formats.t_limit() };
+        let words = RayWords { origin: [-one; 3], dir: [one - 1, 0, 0], t_max: formats.t_limit() };
         let mut ctu = Ctu::new(spec, 0);
         let (mut rays, mut requests, mut results) = (Fifo::new(32), Fifo::new(2), Fifo::new(2));
         for index in 0..n_rays as u8 {
-            rays.push(u64::from(index), NewRay { ray, slot: 0, index });
+            let ray = RayRef { slot: 0, index };
+            bench.store.start(ray, words);
+            rays.push(u64::from(index), NewRay { ray, n_rays: 1 });
         }
         let (list_done, reduced) = (Wires::new(1), Wires::new(1));
-        let mut counters = CanonicalCounters::default();
         let (mut steps, mut ends) = (Vec::new(), Vec::new());
         for now in 100..3000 {
-            let io = CtuIo {
-                image: &image,
-                any_hit: false,
-                rays: &mut rays,
-                requests: &mut requests,
-                results: &mut results,
-                list_done: &list_done,
-                reduced: &reduced,
-                counters: &mut counters,
-            };
-            if ctu.tick(now, io) == Activity::Work {
+            let activity = bench.run(|store, run| {
+                let io = CtuIo {
+                    store,
+                    rays: &mut rays,
+                    requests: &mut requests,
+                    ends: &mut results,
+                    list_done: &list_done,
+                    reduced: &reduced,
+                };
+                ctu.tick::<Live, _>(now, io, run)
+            });
+            if activity == Activity::Work {
                 steps.push(now);
             }
             ends.extend(results.pop(now + 1).map(|_| now));
         }
-        assert_eq!(counters.cells, 8 * u64::from(n_rays));
+        assert_eq!(bench.counters.cells, 8 * u64::from(n_rays));
         assert_eq!(ends.len() as u32, n_rays);
         (steps, ends)
     }

@@ -12,11 +12,11 @@
 //! A test-bench model, not RTL.
 //! Timing is ASSUMED (SBus of a workstation of the time). Not modelled: other masters on the bus.
 
-use crate::sim::{Activity, Cause, Cycle, Fifo, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, LinkState, Observer, next_set_bit};
 use crate::spec::BoardSpec;
 
 use super::dispatcher::FetchRequest;
-use super::{Job, ResultEntry};
+use super::{Estimate, Job, ResultEntry};
 
 /// A cluster's side of the host link.
 #[derive(Clone, Debug)]
@@ -27,17 +27,34 @@ pub struct HostPort {
     pub entries: Fifo<ResultEntry>,
     /// One token per entry that ends a bundle, pushed and popped along with it: the count of ends in `entries`.
     pub ends: Fifo<()>,
+    /// Of low-resolution rays, from the cluster's result merge to the dispatcher.
+    pub estimates: Fifo<Estimate>,
 }
 
 impl HostPort {
     /// Empty queues of these depths.
     pub fn new(commands: u32, entries: u32) -> Self {
-        HostPort { commands: Fifo::new(commands), entries: Fifo::new(entries), ends: Fifo::new(entries) }
+        HostPort {
+            commands: Fifo::new(commands),
+            entries: Fifo::new(entries),
+            ends: Fifo::new(entries),
+            estimates: Fifo::new(2),
+        }
+    }
+
+    /// Shows every link with its name.
+    pub(crate) fn links(&mut self, name: &str, see: &mut dyn FnMut(String, &mut LinkState)) {
+        see(format!("{name}.commands"), self.commands.state_mut());
+        see(format!("{name}.results"), self.entries.state_mut());
+        see(format!("{name}.estimates"), self.estimates.state_mut());
     }
 
     /// True when nothing is queued.
     pub fn is_quiet(&self) -> bool {
-        self.commands.is_empty() && self.entries.is_empty() && self.ends.is_empty()
+        self.commands.is_empty()
+            && self.entries.is_empty()
+            && self.ends.is_empty()
+            && self.estimates.is_empty()
     }
 }
 
@@ -75,6 +92,8 @@ pub struct HostLink {
     entry_bytes: u32,
     down_bytes: u64,
     up_bytes: u64,
+    down_cycles: u64,
+    up_cycles: u64,
 }
 
 /// The ports of a cycle.
@@ -108,6 +127,8 @@ impl HostLink {
             entry_bytes: 8,
             down_bytes: 0,
             up_bytes: 0,
+            down_cycles: 0,
+            up_cycles: 0,
         }
     }
 
@@ -122,6 +143,11 @@ impl HostLink {
         self.transfer.is_none() && self.setup_left == 0
     }
 
+    /// Bus cycles of transfers down and up so far, their arbitration included.
+    pub fn bus_cycles(&self) -> [u64; 2] {
+        [self.down_cycles, self.up_cycles]
+    }
+
     /// Bytes moved down and up so far.
     pub fn bytes(&self) -> [u64; 2] {
         [self.down_bytes, self.up_bytes]
@@ -129,7 +155,7 @@ impl HostLink {
 
     /// One board cycle.
     #[inline]
-    pub fn tick(&mut self, now: Cycle, mut io: HostLinkIo<'_>) -> Activity {
+    pub fn tick<O: Observer>(&mut self, now: Cycle, mut io: HostLinkIo<'_>, observer: &mut O) -> Activity {
         if self.setup_left > 0 {
             self.setup_left -= 1;
             return Activity::Stall(Cause::Bus);
@@ -139,7 +165,7 @@ impl HostLink {
         let has_edge = self.phase_hz >= self.board_hz;
         while self.phase_hz >= self.board_hz {
             self.phase_hz -= self.board_hz;
-            match self.bus_cycle(now, &mut io) {
+            match self.bus_cycle(now, &mut io, observer) {
                 Activity::Idle => {}
                 Activity::Work => activity = Activity::Work,
                 stall if activity == Activity::Idle => activity = stall,
@@ -155,18 +181,22 @@ impl HostLink {
         activity
     }
 
-    fn bus_cycle(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> Activity {
+    fn bus_cycle<O: Observer>(&mut self, now: Cycle, io: &mut HostLinkIo<'_>, observer: &mut O) -> Activity {
         if self.transfer.is_none() {
-            self.grant(now, io);
+            self.grant(now, io, observer);
             if self.transfer.is_none() {
                 return Activity::Idle;
             }
+        }
+        match self.transfer {
+            Some(Transfer::Down { .. }) => self.down_cycles += 1,
+            _ => self.up_cycles += 1,
         }
         if self.arbitration_left > 0 {
             self.arbitration_left -= 1;
             return Activity::Stall(Cause::Bus);
         }
-        self.beat(now, io)
+        self.beat(now, io, observer)
     }
 
     fn burst_entries(&self) -> u32 {
@@ -188,7 +218,7 @@ impl HostLink {
     }
 
     /// Starts a burst.
-    fn grant(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) {
+    fn grant<O: Observer>(&mut self, now: Cycle, io: &mut HostLinkIo<'_>, observer: &mut O) {
         let up = next_set_bit(self.sending(now, io.clusters), self.turn);
         let down = io.fetches.front(now).is_some();
         match up {
@@ -196,13 +226,13 @@ impl HostLink {
                 self.turn = cluster + 1;
                 let cluster = cluster as usize;
                 let entries_left = self.burst_entries().min(io.clusters[cluster].entries.len(now));
-                let entry = self.take_entry(now, &mut io.clusters[cluster]);
+                let entry = self.take_entry(now, &mut io.clusters[cluster], observer);
                 let beats_left = self.beats_per_entry();
                 self.transfer = Some(Transfer::Up { cluster, entries_left, entry, beats_left });
                 self.last_was_up = true;
             }
             _ => {
-                let Some(request) = io.fetches.pop(now) else { return };
+                let Some(request) = io.fetches.take(now, observer) else { return };
                 let bytes_left = request.job.bytes;
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left: self.burst_bytes });
                 self.last_was_up = false;
@@ -215,8 +245,13 @@ impl HostLink {
         self.entry_bytes.div_ceil(self.word_bytes)
     }
 
-    fn take_entry(&self, now: Cycle, port: &mut HostPort) -> Option<ResultEntry> {
-        let entry = port.entries.pop(now)?;
+    fn take_entry<O: Observer>(
+        &self,
+        now: Cycle,
+        port: &mut HostPort,
+        observer: &mut O,
+    ) -> Option<ResultEntry> {
+        let entry = port.entries.take(now, observer)?;
         if entry.is_last() {
             port.ends.pop(now);
         }
@@ -225,7 +260,7 @@ impl HostLink {
 
     /// Moves one bus word. With a bus faster than the board it stalls when the last word of a descriptor finds its link
     /// taken in this cycle (output full), and when the next result comes in the next board cycle only (bus).
-    fn beat(&mut self, now: Cycle, io: &mut HostLinkIo<'_>) -> Activity {
+    fn beat<O: Observer>(&mut self, now: Cycle, io: &mut HostLinkIo<'_>, observer: &mut O) -> Activity {
         match self.transfer.take() {
             None => {}
             Some(Transfer::Down { request, bytes_left, burst_left })
@@ -240,7 +275,7 @@ impl HostLink {
                 self.down_bytes += u64::from(moved);
                 let (bytes_left, burst_left) = (bytes_left - moved, burst_left - self.word_bytes);
                 if bytes_left == 0 {
-                    io.clusters[request.cluster as usize].commands.push(now, request.job);
+                    io.clusters[request.cluster as usize].commands.send(now, request.job, observer);
                     return Activity::Work;
                 }
                 let burst_left = if burst_left == 0 {
@@ -252,7 +287,7 @@ impl HostLink {
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
             }
             Some(Transfer::Up { cluster, entries_left, entry, beats_left }) => {
-                let Some(entry) = entry.or_else(|| self.take_entry(now, &mut io.clusters[cluster])) else {
+                let Some(entry) = entry.or_else(|| self.take_entry(now, &mut io.clusters[cluster], observer)) else {
                     self.transfer = Some(Transfer::Up { cluster, entries_left, entry: None, beats_left });
                     return Activity::Stall(Cause::Bus);
                 };
@@ -267,7 +302,7 @@ impl HostLink {
                     self.transfer = Some(Transfer::Up {
                         cluster,
                         entries_left: entries_left - 1,
-                        entry: self.take_entry(now, &mut io.clusters[cluster]),
+                        entry: self.take_entry(now, &mut io.clusters[cluster], observer),
                         beats_left: self.beats_per_entry(),
                     });
                 }
@@ -280,6 +315,7 @@ impl HostLink {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::Silent;
 
     fn link(bus_mhz: f64, arbitration_cycles: u32, burst_bytes: u32) -> HostLink {
         let mut spec = BoardSpec::default();
@@ -302,7 +338,7 @@ mod tests {
         let activities = (100..100 + cycles)
             .map(|now| {
                 let (fetches, clusters, delivered) = (&mut fetches, &mut clusters[..], &mut delivered);
-                link.tick(now, HostLinkIo { fetches, clusters, delivered })
+                link.tick(now, HostLinkIo { fetches, clusters, delivered }, &mut Silent)
             })
             .collect();
         assert_eq!(clusters[0].commands.pop(100 + cycles), Some(job));
@@ -344,7 +380,7 @@ mod tests {
         let counts: Vec<usize> = (8..17)
             .map(|now| {
                 let (fetches, clusters) = (&mut fetches, &mut clusters[..]);
-                link.tick(now, HostLinkIo { fetches, clusters, delivered: &mut delivered });
+                link.tick(now, HostLinkIo { fetches, clusters, delivered: &mut delivered }, &mut Silent);
                 delivered.len()
             })
             .collect();

@@ -1,8 +1,8 @@
-//! Patch loader: turns (cell, ray) into (patch, ray) tokens, each patch record fetched along.
+//! Patch loader in grid partition: turns (cell, ray) into (patch, ray) tokens, each patch record fetched along.
 //!
 //! ```text
 //! cell requests (a FIFO per CTU) --> [ list slots ] --list port--> header, list lines      (list cache)
-//!                                        |---------patch port--> patch record --> TestToken (patch cache)
+//!                                        |---------patch port--> patch record --> IcuJob (patch cache)
 //!                                        `--list done--> CTU
 //! ```
 //! A slot: free -> header -> list line -> filter <-> patch -> done -> free; header, line and patch may wait for a
@@ -13,18 +13,19 @@
 //! Stalls: ICU link or miss FIFO full (output full), no miss register free (resource), lines not here yet (cache miss).
 //! Source: patch loading by cell lists (1990 board paper); slots and mailboxes ASSUMED (mailbox: Amanatides, Woo 1987).
 
+use crate::answers::Answers;
 use crate::datapath::cell_step::Cell;
 use crate::datapath::mailbox::Mailbox;
-use crate::functional::CanonicalCounters;
-use crate::memory::{LINE_WORDS, Line, Lookup, ReadPort, Traffic};
+use crate::memory::{LINE_WORDS, Line, Lookup, MemoryRequest, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, Wires, next_in_turn, next_set_bit};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, Wires, for_each_bit, next_in_turn, next_set_bit};
 
-use super::{CellRequest, ContextId, ListDone, TestToken};
+use super::{CellRequest, ContextId, IcuJob, ListDone, Run};
 
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     context: ContextId,
+    ray: RayRef,
     cell: Cell,
     /// Word address of the next list entry.
     address: u32,
@@ -72,8 +73,6 @@ pub struct PatchLoader {
     all: u64,
     states: States,
     mailboxes: Vec<Mailbox>,
-    /// True when the context's ray was tested at least once.
-    tested: Vec<bool>,
     contexts_per_ctu: usize,
     list_port: ReadPort,
     patch_port: ReadPort,
@@ -86,24 +85,20 @@ pub struct PatchLoader {
 /// The ports of a cycle.
 #[derive(Debug)]
 pub struct PatchLoaderIo<'a> {
-    /// The patch memory's bits.
-    pub image: &'a MemoryImage,
     /// From the CTUs of the module.
     pub requests: &'a mut [Fifo<CellRequest>],
     /// To the ICU.
-    pub tests: &'a mut Fifo<TestToken>,
+    pub jobs: &'a mut Fifo<IcuJob>,
     /// To the CTUs.
     pub list_done: &'a mut Wires<ListDone>,
     /// Lines wanted by the list cache.
-    pub list_misses: &'a mut Fifo<Line>,
+    pub list_misses: &'a mut Fifo<MemoryRequest>,
     /// Lines for the list cache.
     pub list_fill: &'a Wire<Line>,
     /// Lines wanted by the patch cache.
-    pub patch_misses: &'a mut Fifo<Line>,
+    pub patch_misses: &'a mut Fifo<MemoryRequest>,
     /// Lines for the patch cache.
     pub patch_fill: &'a Wire<Line>,
-    /// Canonical counts.
-    pub counters: &'a mut CanonicalCounters,
 }
 
 impl PatchLoader {
@@ -111,6 +106,7 @@ impl PatchLoader {
     pub fn new(n_slots: u32, n_ctus: u32, contexts: u32, list_port: ReadPort, patch_port: ReadPort) -> Self {
         let slot = Slot {
             context: ContextId::default(),
+            ray: RayRef::default(),
             cell: Cell([0; 3]),
             address: 0,
             remaining: 0,
@@ -124,7 +120,6 @@ impl PatchLoader {
             all: u64::MAX >> (64 - n_slots),
             states: States { free: u64::MAX >> (64 - n_slots), ..States::default() },
             mailboxes: vec![Mailbox::default(); (n_ctus * contexts) as usize],
-            tested: vec![false; (n_ctus * contexts) as usize],
             contexts_per_ctu: contexts as usize,
             list_port,
             patch_port,
@@ -147,19 +142,24 @@ impl PatchLoader {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, now: Cycle, mut io: PatchLoaderIo<'_>) -> Activity {
+    pub fn tick<A: Answers, O: Observer>(
+        &mut self,
+        now: Cycle,
+        mut io: PatchLoaderIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> Activity {
         if self.states.free == self.all && io.requests.iter().all(|r| r.front(now).is_none()) {
             // Lines asked for by slots are always awaited by them, so no fill can be on its way here.
             return Activity::Idle;
         }
-        self.take_fills(now, &io);
+        self.take_fills(now, &io, run.image);
         // Every step acts on the states after the fills: a slot moves by one state a cycle, a fill besides.
         let start = self.states;
         let finished = self.finish(now, start.done, &mut io);
-        let (sent, port) = self.send_test(now, start, &mut io);
-        let filtered = self.filter(start.filter, io.image, io.counters);
-        let listed = self.read_list(now, start, &mut io);
-        let taken = self.take_request(now, io.requests);
+        let (sent, port) = self.send_test(now, start, &mut io, run);
+        let filtered = self.filter(start.filter, run);
+        let listed = self.read_list(now, start, &mut io, run);
+        let taken = self.take_request(now, io.requests, run);
         if finished || sent || filtered || listed == Port::Looked || taken {
             return Activity::Work;
         }
@@ -173,13 +173,13 @@ impl PatchLoader {
         })
     }
 
-    fn take_fills(&mut self, now: Cycle, io: &PatchLoaderIo<'_>) {
+    fn take_fills(&mut self, now: Cycle, io: &PatchLoaderIo<'_>, image: &MemoryImage) {
         if let Some(line) = self.list_port.fill(now, io.list_fill) {
             self.states.list_full = 0;
             for_each_bit(self.states.header_waits, |i| {
                 if self.slots[i].awaited == line {
                     self.states.header_waits &= !(1 << i);
-                    read_header(&mut self.slots[i], io.image);
+                    read_header(&mut self.slots[i], image);
                     self.states.list |= 1 << i;
                 }
             });
@@ -215,11 +215,17 @@ impl PatchLoader {
     }
 
     /// The patch port: one look-up or one record from a line register, then one token.
-    fn send_test(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> (bool, Port) {
+    fn send_test<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        start: States,
+        io: &mut PatchLoaderIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> (bool, Port) {
         if start.patch_here | start.patch == 0 {
             return (false, Port::Nothing);
         }
-        if !io.tests.can_push(now) {
+        if !io.jobs.can_push(now) {
             return (false, Port::OutputFull);
         }
         // Records at hand first: they hold what others may wait for.
@@ -230,8 +236,8 @@ impl PatchLoader {
         self.patch_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
         if here.is_none() {
-            let line = Line::of_word(io.image.patch_address(slot.patch));
-            match self.patch_port.read(now, line, io.patch_misses) {
+            let line = Line::of_word(run.image.patch_address(slot.patch));
+            match self.patch_port.read(now, line, io.patch_misses, run.observer) {
                 Lookup::Hit => {}
                 Lookup::Waits => {
                     slot.awaited = line;
@@ -248,27 +254,35 @@ impl PatchLoader {
         }
         self.states.patch &= !bit;
         self.states.patch_here &= !bit;
-        let mailbox = slot.context.index(self.contexts_per_ctu);
-        self.mailboxes[mailbox].push(slot.patch);
-        let fresh = !std::mem::replace(&mut self.tested[mailbox], true);
-        io.tests.push(now, TestToken { context: slot.context, patch: slot.patch, fresh });
+        let (context, ray, patch) = (slot.context, slot.ray, slot.patch);
+        io.jobs.send(now, IcuJob { slot: ray.slot, context, patch, rays: 1 << ray.index }, run.observer);
+        run.observer.ray(now, run.block, ray, Phase::Away, Phase::Loading);
         slot.tests += 1;
         self.next_entry(i);
         (true, Port::Looked)
     }
 
     /// In every slot with entries at hand, compares one with the mailbox.
-    fn filter(&mut self, filtering: u64, image: &MemoryImage, counters: &mut CanonicalCounters) -> bool {
+    fn filter<A: Answers, O>(&mut self, filtering: u64, run: &mut Run<'_, A, O>) -> bool {
         for_each_bit(filtering, |i| {
             let slot = &mut self.slots[i];
-            slot.patch = image.list_entry(slot.address);
+            slot.patch = run.image.list_entry(slot.address);
             slot.address += 1;
             slot.remaining -= 1;
             slot.in_line -= 1;
-            counters.list_entries += 1;
-            let mailbox = slot.context.index(self.contexts_per_ctu);
+            run.counters.list_entries += 1;
+            let mailbox = &mut self.mailboxes[slot.context.index(self.contexts_per_ctu)];
             self.states.filter &= !(1 << i);
-            if self.mailboxes[mailbox].contains(slot.patch) {
+            let (at, patch) = (run.at(slot.ray), slot.patch);
+            // The entry stands in its slot until it is tested, and the context asks for nothing else meanwhile.
+            let wanted = run.answers.wanted(at, || {
+                let known = mailbox.contains(patch);
+                if !known {
+                    mailbox.push(patch);
+                }
+                u64::from(!known)
+            });
+            if wanted == 0 {
                 self.next_entry(i as u32);
             } else {
                 self.states.patch |= 1 << i;
@@ -291,7 +305,13 @@ impl PatchLoader {
     }
 
     /// The list port: one look-up of a header or of a list line.
-    fn read_list(&mut self, now: Cycle, start: States, io: &mut PatchLoaderIo<'_>) -> Port {
+    fn read_list<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        start: States,
+        io: &mut PatchLoaderIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> Port {
         let wanted = start.header | start.list;
         if wanted == 0 {
             return Port::Nothing;
@@ -300,9 +320,9 @@ impl PatchLoader {
         self.list_turn = i + 1;
         let (bit, slot) = (1u64 << i, &mut self.slots[i as usize]);
         let is_header = start.header & bit != 0;
-        let address = if is_header { io.image.header_address(slot.cell) } else { slot.address };
+        let address = if is_header { run.image.header_address(slot.cell) } else { slot.address };
         let line = Line::of_word(address);
-        let lookup = self.list_port.read(now, line, io.list_misses);
+        let lookup = self.list_port.read(now, line, io.list_misses, run.observer);
         match lookup {
             Lookup::Hit | Lookup::Waits => {}
             Lookup::Busy => return Port::OutputFull,
@@ -318,7 +338,7 @@ impl PatchLoader {
             if waits {
                 self.states.header_waits |= bit;
             } else {
-                read_header(slot, io.image);
+                read_header(slot, run.image);
                 self.states.list |= bit;
             }
         } else {
@@ -334,23 +354,29 @@ impl PatchLoader {
     }
 
     /// Takes one cell request into a free slot.
-    fn take_request(&mut self, now: Cycle, requests: &mut [Fifo<CellRequest>]) -> bool {
+    fn take_request<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        requests: &mut [Fifo<CellRequest>],
+        run: &mut Run<'_, A, O>,
+    ) -> bool {
         let Some(free) = next_set_bit(self.states.free, 0) else { return false };
         let n = requests.len();
         let Some(ctu) = next_in_turn(n, self.take_turn, |c| requests[c].front(now).is_some()) else {
             return false;
         };
         self.take_turn = ctu + 1;
-        let Some(CellRequest { context, cell, fresh }) = requests[ctu].pop(now) else {
+        let Some(CellRequest { context, ray, cell, fresh }) = requests[ctu].take(now, run.observer) else {
             return false;
         };
+        run.observer.ray(now, run.block, ray, Phase::Queued, Phase::Loading);
         if fresh {
             let mailbox = context.index(self.contexts_per_ctu);
             self.mailboxes[mailbox] = Mailbox::default();
-            self.tested[mailbox] = false;
         }
         let slot = &mut self.slots[free as usize];
         slot.context = context;
+        slot.ray = ray;
         slot.cell = cell;
         slot.tests = 0;
         self.states.free &= !(1 << free);
@@ -380,10 +406,3 @@ fn read_line(slot: &mut Slot) {
     slot.in_line = slot.remaining.min(LINE_WORDS - slot.address % LINE_WORDS);
 }
 
-#[inline]
-fn for_each_bit(mut mask: u64, mut f: impl FnMut(usize)) {
-    while mask != 0 {
-        f(mask.trailing_zeros() as usize);
-        mask &= mask - 1;
-    }
-}

@@ -1,27 +1,30 @@
-//! Result merge: gathers the rays' results of each bundle and sends them on in ray order when the bundle has ended.
+//! Result merge: counts the rays of each bundle that have ended and sends their hits on in ray order when all have.
 //!
 //! ```text
-//! RayResult links (one per CTU) --one a cycle, in turn--> [ bundle slots: 64 results each ]
+//! RayEnd links (grid: one per CTU, shells: one per module) --one a cycle, in turn--> [ bundle slots ]
 //! bundle ended --one entry a cycle, in ray order--> result FIFO (a hit record each, or one word of hit bits)
+//!              --low-resolution job: one entry--> estimate FIFO, to the dispatcher
 //! ```
-//! A slot is taken when the bundle generator starts a bundle and free again after its last entry is sent.
-//! Stalls: result FIFO full (output full). Source: 1992 board paper (bundles return together); slots ASSUMED.
+//! A slot is taken when the bundle generator starts a bundle and free again after its last entry is sent. Bundles leave
+//! one after the other in the order in which they ended.
+//! Timing: an end that comes in cycle n is counted in n, the bundle's first entry goes out in n + 1 at the earliest.
+//! Stalls: result or estimate FIFO full (output full). Source: 1992 board paper (bundles return together); slots ASSUMED.
 
-use crate::datapath::HitWords;
-use crate::functional::CanonicalCounters;
-use crate::packet::MAX_BUNDLE_RAYS;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Wire, next_in_turn};
+use std::collections::VecDeque;
 
-use super::{HostPort, Job, RayResult, ResultEntry};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, next_in_turn};
 
-#[derive(Clone, Debug)]
+use super::{Estimate, HostPort, Job, RayEnd, RayStore, ResultEntry, Run};
+
+#[derive(Clone, Debug, Default)]
 struct Slot {
     job: Job,
-    hits: [Option<HitWords>; MAX_BUNDLE_RAYS],
     /// Rays still to come; a bundle with none has ended.
     pending: u32,
     /// Entries sent.
     sent: u32,
+    /// Cells and tests.
+    cost: u32,
 }
 
 /// The block.
@@ -30,34 +33,31 @@ pub struct ResultMerge {
     slots: Vec<Slot>,
     /// Taken slots, a bit each.
     taken: u64,
-    /// Slots whose bundle has ended, oldest first: they drain one after the other.
-    ended: std::collections::VecDeque<u8>,
+    /// Slots whose bundle has ended, oldest first: they drain one after the other. At most one entry a slot.
+    ended: VecDeque<u8>,
     turn: usize,
 }
 
 /// The ports of a cycle.
 #[derive(Debug)]
 pub struct ResultMergeIo<'a> {
-    /// The command asks for any hit only.
-    pub any_hit: bool,
     /// A bundle that starts.
     pub started: &'a Wire<(u8, Job)>,
-    /// From the CTUs of the cluster.
-    pub results: &'a mut [Fifo<RayResult>],
-    /// Toward the host.
+    /// From the CTUs or trackers of the cluster.
+    pub ends: &'a mut [Fifo<RayEnd>],
+    /// The rays' hits.
+    pub store: &'a RayStore,
+    /// Toward host and dispatcher.
     pub host: &'a mut HostPort,
-    /// Canonical counts.
-    pub counters: &'a mut CanonicalCounters,
 }
 
 impl ResultMerge {
     /// `n_slots` free slots.
     pub fn new(n_slots: u32) -> Self {
-        let slot = Slot { job: Job::default(), hits: [None; MAX_BUNDLE_RAYS], pending: 0, sent: 0 };
         ResultMerge {
-            slots: vec![slot; n_slots as usize],
+            slots: vec![Slot::default(); n_slots as usize],
             taken: 0,
-            ended: std::collections::VecDeque::with_capacity(n_slots as usize),
+            ended: VecDeque::with_capacity(n_slots as usize),
             turn: 0,
         }
     }
@@ -74,17 +74,19 @@ impl ResultMerge {
 
     /// One cycle.
     #[inline]
-    pub fn tick(&mut self, now: Cycle, io: ResultMergeIo<'_>) -> Activity {
-        let drained = self.drain(now, io.any_hit, io.host);
+    pub fn tick<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        io: ResultMergeIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> Activity {
+        let drained = self.drain(now, io.store, io.host, run);
         let started = io.started.get(now);
         if let Some((slot, job)) = started {
             self.taken |= 1 << slot;
-            let slot = &mut self.slots[usize::from(slot)];
-            slot.job = job;
-            slot.pending = job.n_rays;
-            slot.sent = 0;
+            self.slots[usize::from(slot)] = Slot { job, pending: job.n_rays, sent: 0, cost: 0 };
         }
-        let gathered = self.gather(now, io.results, io.counters);
+        let gathered = self.gather(now, io.ends, io.store, run);
         if drained == Some(true) || gathered || started.is_some() {
             Activity::Work
         } else if drained == Some(false) {
@@ -94,54 +96,75 @@ impl ResultMerge {
         }
     }
 
-    /// Takes one ray's result.
-    fn gather(
+    /// Takes the end of one ray or bundle.
+    fn gather<A, O: Observer>(
         &mut self,
         now: Cycle,
-        results: &mut [Fifo<RayResult>],
-        counters: &mut CanonicalCounters,
+        ends: &mut [Fifo<RayEnd>],
+        store: &RayStore,
+        run: &mut Run<'_, A, O>,
     ) -> bool {
-        let Some(ctu) = next_in_turn(results.len(), self.turn, |c| results[c].front(now).is_some()) else {
+        let Some(link) = next_in_turn(ends.len(), self.turn, |c| ends[c].front(now).is_some()) else {
             return false;
         };
-        self.turn = ctu + 1;
-        let Some(RayResult { slot: id, index, hit }) = results[ctu].pop(now) else { return false };
-        let slot = &mut self.slots[usize::from(id)];
-        slot.hits[usize::from(index)] = hit;
-        counters.hits += u64::from(hit.is_some());
-        slot.pending -= 1;
+        self.turn = link + 1;
+        let Some(RayEnd { ray, n_rays, cost }) = ends[link].take(now, run.observer) else { return false };
+        for i in 0..n_rays {
+            let ray = RayRef { slot: ray.slot, index: ray.index + i };
+            run.counters.hits += u64::from(store.best(ray).is_some());
+        }
+        let slot = &mut self.slots[usize::from(ray.slot)];
+        slot.cost += cost;
+        slot.pending -= u32::from(n_rays);
         if slot.pending == 0 {
-            self.ended.push_back(id);
+            self.ended.push_back(ray.slot);
         }
         true
     }
 
     /// Sends one entry of the oldest ended bundle; `Some(false)`: no room.
-    fn drain(&mut self, now: Cycle, any_hit: bool, host: &mut HostPort) -> Option<bool> {
+    fn drain<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        store: &RayStore,
+        host: &mut HostPort,
+        run: &mut Run<'_, A, O>,
+    ) -> Option<bool> {
         let id = *self.ended.front()?;
-        if !host.entries.can_push(now) {
-            return Some(false);
-        }
         let slot = &mut self.slots[usize::from(id)];
         let n = slot.job.n_rays;
-        let entry = if any_hit {
-            let hits = slot.hits[..n as usize].iter().enumerate();
-            let bits = hits.fold(0, |bits, (i, hit)| bits | u64::from(hit.is_some()) << i);
-            ResultEntry::Any { first_ray: slot.job.first_ray, bits, n_rays: n }
-        } else {
-            ResultEntry::Nearest {
-                ray: slot.job.first_ray + slot.sent,
-                hit: slot.hits[slot.sent as usize],
-                last: slot.sent + 1 == n,
+        if slot.job.low_resolution {
+            if !host.estimates.can_push(now) {
+                return Some(false);
             }
-        };
-        slot.sent += 1;
-        host.entries.push(now, entry);
-        if entry.is_last() {
+            host.estimates.send(now, Estimate { index: slot.job.index, cost: slot.cost }, run.observer);
+        } else {
+            if !host.entries.can_push(now) {
+                return Some(false);
+            }
+            let ray = |i: u32| RayRef { slot: id, index: i as u8 };
+            let entry = if run.any_hit {
+                let bits = (0..n).fold(0, |bits, i| bits | u64::from(store.best(ray(i)).is_some()) << i);
+                ResultEntry::Any { first_ray: slot.job.first_ray, bits, n_rays: n }
+            } else {
+                ResultEntry::Nearest {
+                    ray: slot.job.first_ray + slot.sent,
+                    hit: store.best(ray(slot.sent)),
+                    last: slot.sent + 1 == n,
+                }
+            };
+            slot.sent += 1;
+            host.entries.send(now, entry, run.observer);
+            if !entry.is_last() {
+                return Some(true);
+            }
             host.ends.push(now, ());
-            self.ended.pop_front();
-            self.taken &= !(1 << id);
         }
+        if O::ON {
+            run.observer.rays(now, run.block, id, u64::MAX >> (64 - n), Phase::Returning, Phase::Away);
+        }
+        self.ended.pop_front();
+        self.taken &= !(1 << id);
         Some(true)
     }
 }

@@ -6,6 +6,7 @@ pub mod first_test;
 mod hemisphere;
 pub mod mailbox;
 pub mod ray_patch;
+pub mod shell;
 
 #[cfg(test)]
 pub(crate) mod test_support;

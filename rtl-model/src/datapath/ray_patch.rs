@@ -57,36 +57,120 @@ const EDGE_30: usize = 4;
 /// Tests one ray with one patch.
 #[inline]
 pub fn intersect(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Option<HitWords> {
-    let a = patch.corners.map(|corner| translate(corner, ray.origin));
-    let edge = |i: usize, j: usize| {
-        let c = edge_normal(formats, a[i], a[j]);
-        (c, dot(c, ray.dir))
-    };
-    let e01 = edge(0, 1);
-    let e12 = edge(1, 2);
-    if patch.is_triangle {
-        let e20 = edge(2, 0);
-        if !inside(e01.1, e12.1, e20.1) {
+    SeenPatch::new(formats, ray.origin, patch).test(formats, ray.dir, ray.t_max)
+}
+
+/// A patch as seen from an origin: what its tests with all rays of a bundle have in common.
+///
+/// In hardware the first stages of the pipe, computed anew for each test; here once for all rays with one apex. Besides
+/// the integers it keeps them as f64, for a first look at the signs of the edge values: e' = sum c_k d_k in f64 differs
+/// from the exact e by less than 8 2^-53 sum |c_k| |d_k| (rounding of three words of c, exact words of d, three products,
+/// two sums, to first order 5 2^-53), so with [`SIGN_MARGIN`] times that sum between e' and 0 its sign is e's. Where any
+/// sign of a patch is in doubt, or the ray is inside, the integers decide.
+#[derive(Clone, Debug)]
+pub struct SeenPatch {
+    a0: [i64; 3],
+    /// Edges 01, 12, 02, 23, 30; of a triangle 01, 12, 20 and zeros.
+    c: [[i64; 3]; 5],
+    /// The same by component, edges side by side; a sixth of zeros fills the vector.
+    c_f64: [[f64; 6]; 3],
+    is_triangle: bool,
+    id: u32,
+}
+
+/// Share of sum |c_k| |d_k| beyond which the sign of an edge value in f64 is certain: twice the bound, a power of two.
+const SIGN_MARGIN: f64 = 1.0 / (1_u64 << 49) as f64;
+
+impl SeenPatch {
+    /// The patch as seen from `origin`.
+    #[inline]
+    pub fn new(formats: &Formats, origin: [i32; 3], patch: &PatchWords) -> SeenPatch {
+        let a = patch.corners.map(|corner| translate(corner, origin));
+        let edge = |i: usize, j: usize| edge_normal(formats, a[i], a[j]);
+        let c = if patch.is_triangle {
+            [edge(0, 1), edge(1, 2), edge(2, 0), [0; 3], [0; 3]]
+        } else {
+            [edge(0, 1), edge(1, 2), edge(0, 2), edge(2, 3), edge(3, 0)]
+        };
+        let mut c_f64 = [[0.0; 6]; 3];
+        for (k, row) in c_f64.iter_mut().enumerate() {
+            for (word, normal) in row.iter_mut().zip(&c) {
+                *word = normal[k] as f64;
+            }
+        }
+        SeenPatch { a0: a[0], c, c_f64, is_triangle: patch.is_triangle, id: patch.id }
+    }
+
+    /// Tests a ray from that origin.
+    #[inline]
+    pub fn test(&self, formats: &Formats, dir: [i32; 3], t_max: u64) -> Option<HitWords> {
+        if self.is_surely_missed(dir) {
             return None;
         }
-        return triangle(formats, ray, a[0], [e01.0, e12.0, e20.0], e01.1 + e12.1 + e20.1, patch.id);
+        self.test_exactly(formats, dir, t_max)
     }
-    let e02 = edge(0, 2);
-    let e23 = edge(2, 3);
-    let e30 = edge(3, 0);
-    let first = if inside(e01.1, e12.1, -e02.1) {
-        let c20 = e02.0.map(|word| -word);
-        triangle(formats, ray, a[0], [e01.0, e12.0, c20], e01.1 + e12.1 - e02.1, patch.id)
-    } else {
-        None
-    };
-    let second = if inside(e02.1, e23.1, e30.1) {
-        triangle(formats, ray, a[0], [e02.0, e23.0, e30.0], e02.1 + e23.1 + e30.1, patch.id)
-    } else {
-        None
-    };
-    // One id: equal t keeps the first triangle.
-    HitWords::nearer(first, second)
+
+    /// True when the signs of the edge values are certain and those of a miss.
+    #[inline]
+    fn is_surely_missed(&self, dir: [i32; 3]) -> bool {
+        let d = dir.map(f64::from);
+        let size = d.map(f64::abs);
+        let [x, y, z] = &self.c_f64;
+        let (mut negative, mut positive) = (0_u32, 0_u32);
+        for i in 0..5 {
+            let e = x[i] * d[0] + y[i] * d[1] + z[i] * d[2];
+            let margin = SIGN_MARGIN * (x[i].abs() * size[0] + y[i].abs() * size[1] + z[i].abs() * size[2]);
+            negative |= u32::from(e < -margin) << i;
+            positive |= u32::from(e > margin) << i;
+        }
+        if self.is_triangle {
+            return (negative & 0b111 != 0) & (positive & 0b111 != 0);
+        }
+        // Of the first triangle the diagonal runs the other way round.
+        let first = 0b011;
+        let (first_negative, first_positive) =
+            (negative & first | (positive & 0b100), positive & first | (negative & 0b100));
+        let second = 0b1_1100;
+        (first_negative != 0)
+            & (first_positive != 0)
+            & (negative & second != 0)
+            & (positive & second != 0)
+    }
+
+    /// The test in integers alone.
+    fn test_exactly(&self, formats: &Formats, dir: [i32; 3], t_max: u64) -> Option<HitWords> {
+        let e = self.c.map(|c| dot(c, dir));
+        if self.is_triangle {
+            let [e01, e12, e20, ..] = e;
+            let [c01, c12, c20, ..] = self.c;
+            return inside(e01, e12, e20)
+                .then(|| self.triangle(formats, t_max, [c01, c12, c20], e01 + e12 + e20))
+                .flatten();
+        }
+        let [e01, e12, e02, e23, e30] = e;
+        let first = inside(e01, e12, -e02).then(|| {
+            let c20 = self.c[EDGE_02].map(|word| -word);
+            self.triangle(formats, t_max, [self.c[EDGE_01], self.c[EDGE_12], c20], e01 + e12 - e02)
+        });
+        let second = inside(e02, e23, e30).then(|| {
+            let c = [self.c[EDGE_02], self.c[EDGE_23], self.c[EDGE_30]];
+            self.triangle(formats, t_max, c, e02 + e23 + e30)
+        });
+        // One id: equal t keeps the first triangle.
+        HitWords::nearer(first.flatten(), second.flatten())
+    }
+
+    /// The second half of the pipe: distance, division, range test of a triangle whose inside the ray's line meets.
+    fn triangle(&self, formats: &Formats, t_max: u64, c: [[i64; 3]; 3], den: i128) -> Option<HitWords> {
+        let num = dot_wide(face_normal(c), self.a0);
+        if num != 0 && (num < 0) != (den < 0) {
+            return None;
+        }
+        let (up, down) = formats.t_shifts();
+        let t = u64::try_from(formats.rounding.divide(num << up, den << down)).ok()?;
+        let facing = if den < 0 { Facing::Front } else { Facing::Back };
+        (t <= t_max).then_some(HitWords { t, patch: self.id, facing })
+    }
 }
 
 /// a = v - o: F + 2 bits.
@@ -125,26 +209,6 @@ fn inside(e0: i128, e1: i128, e2: i128) -> bool {
     let any_negative = (e0 < 0) | (e1 < 0) | (e2 < 0);
     let any_positive = (e0 > 0) | (e1 > 0) | (e2 > 0);
     any_negative != any_positive
-}
-
-/// The second half of the pipe: distance, division, range test of a triangle whose inside the ray's line meets.
-fn triangle(
-    formats: &Formats,
-    ray: &RayWords,
-    a0: [i64; 3],
-    c: [[i64; 3]; 3],
-    den: i128,
-    id: u32,
-) -> Option<HitWords> {
-    let n = face_normal(c);
-    let num = dot_wide(n, a0);
-    if num != 0 && (num < 0) != (den < 0) {
-        return None;
-    }
-    let (up, down) = formats.t_shifts();
-    let t = u64::try_from(formats.rounding.divide(num << up, den << down)).ok()?;
-    let facing = if den < 0 { Facing::Front } else { Facing::Back };
-    (t <= ray.t_max).then_some(HitWords { t, patch: id, facing })
 }
 
 /// n = c_0 + c_1 + c_2: K + 4 bits.

@@ -6,12 +6,12 @@
 //! ```
 //! State: tags, miss registers with the set of caches that wait for each, hit pipeline. One look-up a cycle; a hit
 //! takes `cycles`, a miss the DRAM's time + 2 (link each way). A fill that would drive a wire twice waits a cycle.
+//! A line written back by a cache goes through to the DRAM, in order with the reads of its cache.
 //! Stalls: DRAM link full (output full), no miss register free (resource), lines on their way (memory).
 //! Source: "hierarchical patch memory with a cache per processing element" (1992 board paper); the rest ASSUMED.
-//! Not modelled: prefetch.
 
-use super::{Line, LineCache, Traffic};
-use crate::sim::{Activity, Cause, Cycle, Fifo, Pipe, Wire, next_set_bit};
+use super::{Line, LineCache, MemoryRequest, Traffic};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Pipe, Wire, next_set_bit};
 
 /// A line on its way to the caches in `sources` (a bit each).
 #[derive(Clone, Copy, Debug)]
@@ -37,11 +37,11 @@ pub struct ClusterBuffer {
 #[derive(Debug)]
 pub struct ClusterBufferIo<'a> {
     /// Requests, one FIFO per cache.
-    pub requests: &'a mut [Fifo<Line>],
+    pub requests: &'a mut [Fifo<MemoryRequest>],
     /// Fills, one wire per cache.
     pub fills: &'a mut [Wire<Line>],
     /// To the DRAM.
-    pub dram_request: &'a mut Fifo<Line>,
+    pub dram_request: &'a mut Fifo<MemoryRequest>,
     /// From the DRAM.
     pub dram_response: &'a mut Fifo<Line>,
 }
@@ -61,7 +61,8 @@ impl ClusterBuffer {
     }
 
     /// One cycle.
-    pub fn tick(&mut self, now: Cycle, io: ClusterBufferIo<'_>) -> Activity {
+    #[inline]
+    pub fn tick<O: Observer>(&mut self, now: Cycle, io: ClusterBufferIo<'_>, observer: &mut O) -> Activity {
         let mut driven = 0;
         if let Some(&fill) = self.hits.head() {
             deliver(now, fill, io.fills);
@@ -72,15 +73,17 @@ impl ClusterBuffer {
             let register = self.open.iter().position(|fill| fill.line == line);
             let register = register.expect("a line that nobody asked for came from the DRAM");
             if self.open[register].sources & driven == 0 {
-                io.dram_response.pop(now);
+                io.dram_response.take(now, observer);
                 deliver(now, self.open.swap_remove(register), io.fills);
                 self.cache.install(line);
                 self.full = 0;
                 filled = true;
             }
         }
-        let (hit, looked_up, refused) = self.look_up(now, io.requests, io.dram_request);
-        self.hits.step(hit);
+        let (hit, looked_up, refused) = self.look_up(now, io.requests, io.dram_request, observer);
+        if hit.is_some() || !self.hits.is_empty() {
+            self.hits.step(hit);
+        }
         if filled || looked_up || driven != 0 {
             Activity::Work
         } else if let Some(cause) = refused {
@@ -93,11 +96,12 @@ impl ClusterBuffer {
     }
 
     /// Serves one request: a hit to start down the pipeline, whether one was taken, why one was refused.
-    fn look_up(
+    fn look_up<O: Observer>(
         &mut self,
         now: Cycle,
-        requests: &mut [Fifo<Line>],
-        dram_request: &mut Fifo<Line>,
+        requests: &mut [Fifo<MemoryRequest>],
+        dram_request: &mut Fifo<MemoryRequest>,
+        observer: &mut O,
     ) -> (Option<Fill>, bool, Option<Cause>) {
         let waiting = (0..).zip(requests.iter()).filter(|(_, f)| f.front(now).is_some());
         let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
@@ -106,10 +110,21 @@ impl ClusterBuffer {
         };
         self.turn = source + 1;
         let request = &mut requests[source as usize];
-        let Some(&line) = request.front(now) else { return (None, false, None) };
+        let Some(&MemoryRequest { line, write }) = request.front(now) else { return (None, false, None) };
+        if write {
+            // Written through: a copy in the buffer is brought up to date, none is made.
+            if !dram_request.can_push(now) {
+                return (None, false, Some(Cause::OutputFull));
+            }
+            dram_request.send(now, MemoryRequest { line, write }, observer);
+            request.take(now, observer);
+            self.cache.lookup(line);
+            self.traffic.written += 1;
+            return (None, true, None);
+        }
         let fill = Fill { line, sources: 1 << source };
         if self.cache.lookup(line) {
-            request.pop(now);
+            request.take(now, observer);
             self.traffic.accesses += 1;
             return (Some(fill), true, None);
         }
@@ -119,13 +134,13 @@ impl ClusterBuffer {
             self.full |= fill.sources;
             return (None, false, Some(Cause::Resource));
         } else if dram_request.can_push(now) {
-            dram_request.push(now, line);
+            dram_request.send(now, MemoryRequest::read(line), observer);
             self.open.push(fill);
             self.traffic.lines += 1;
         } else {
             return (None, false, Some(Cause::OutputFull));
         }
-        request.pop(now);
+        request.take(now, observer);
         self.traffic.accesses += 1;
         self.traffic.misses += 1;
         (None, true, None)
@@ -153,13 +168,14 @@ fn deliver(now: Cycle, fill: Fill, wires: &mut [Wire<Line>]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::Silent;
 
     /// A buffer, its one cache's request FIFO and wire, and its DRAM link.
     struct Bench {
         buffer: ClusterBuffer,
-        requests: Vec<Fifo<Line>>,
+        requests: Vec<Fifo<MemoryRequest>>,
         fills: Vec<Wire<Line>>,
-        dram_request: Fifo<Line>,
+        dram_request: Fifo<MemoryRequest>,
         dram_response: Fifo<Line>,
     }
 
@@ -181,7 +197,7 @@ mod tests {
                 dram_request: &mut self.dram_request,
                 dram_response: &mut self.dram_response,
             };
-            self.buffer.tick(now, io)
+            self.buffer.tick(now, io, &mut Silent)
         }
     }
 
@@ -190,7 +206,7 @@ mod tests {
         for cycles in [1, 2, 3, 10] {
             let mut bench = Bench::new(cycles, 1);
             bench.buffer.cache.install(Line(5));
-            bench.requests[0].push(0, Line(5));
+            bench.requests[0].push(0, MemoryRequest::read(Line(5)));
             let mut seen = Vec::new();
             for now in 0..30 {
                 bench.tick(now);
@@ -198,7 +214,7 @@ mod tests {
                 seen.extend(bench.fills[0].get(now + 1).map(|line| (now, line)));
             }
             assert_eq!(seen, [(1 + u64::from(cycles), Line(5))], "looked up in cycle 1");
-            assert_eq!(bench.buffer.traffic(), Traffic { accesses: 1, misses: 0, lines: 0 });
+            assert_eq!(bench.buffer.traffic(), Traffic { accesses: 1, ..Traffic::default() });
             assert!(bench.buffer.is_quiet());
         }
     }
@@ -208,7 +224,7 @@ mod tests {
         let stall = |miss_registers| {
             let mut bench = Bench::new(1, miss_registers);
             for line in 0..4 {
-                bench.requests[0].push(u64::from(line), Line(line));
+                bench.requests[0].push(u64::from(line), MemoryRequest::read(Line(line)));
             }
             // Nobody takes from the DRAM link of 2 entries.
             (10..20).map(|now| bench.tick(now)).last()

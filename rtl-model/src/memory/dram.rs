@@ -4,17 +4,18 @@
 //! request FIFO per cluster --in turn--> [ row hit or miss cycles, then 512/width beats ] --> response FIFO of the cluster
 //! ```
 //! Line l lies in bank l mod banks; a row of a bank holds `row_bytes`. A line takes `row_hit` or `row_miss` cycles,
-//! then one beat a cycle; the next one starts in the cycle after the last beat. A test-bench model, not RTL.
+//! then one beat a cycle; the next one starts in the cycle after the last beat. A line written back takes as long and is
+//! not answered. A test-bench model, not RTL.
 //! Sizes, banks and timing are ASSUMED. Not modelled: refresh, overlap of banks.
 
-use super::{LINE_BYTES, Line, Traffic};
-use crate::sim::{Activity, Cause, Cycle, Fifo, next_set_bit};
+use super::{LINE_BYTES, Line, MemoryRequest, Traffic};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, next_set_bit};
 
 /// One cluster's link to the DRAM.
 #[derive(Debug, Clone)]
 pub struct DramPort {
-    /// Lines asked for.
-    pub requests: Fifo<Line>,
+    /// Lines asked for, or written back.
+    pub requests: Fifo<MemoryRequest>,
     /// Lines delivered.
     pub responses: Fifo<Line>,
 }
@@ -22,7 +23,7 @@ pub struct DramPort {
 #[derive(Clone, Copy, Debug)]
 struct Service {
     cluster: u32,
-    line: Line,
+    request: MemoryRequest,
     latency: u32,
     beats: u32,
 }
@@ -69,11 +70,13 @@ impl Dram {
     }
 
     /// One cycle.
-    pub fn tick(&mut self, now: Cycle, io: DramIo<'_>) -> Activity {
+    #[inline]
+    pub fn tick<O: Observer>(&mut self, now: Cycle, io: DramIo<'_>, observer: &mut O) -> Activity {
         if self.service.is_none() {
-            self.service = self.next_request(now, io.ports);
+            self.service = self.next_request(now, io.ports, observer);
         }
         let Some(service) = &mut self.service else { return Activity::Idle };
+        self.traffic.busy_cycles += 1;
         if service.latency > 0 {
             service.latency -= 1;
             return Activity::Stall(Cause::Memory);
@@ -82,31 +85,41 @@ impl Dram {
             service.beats -= 1;
             return Activity::Work;
         }
-        let responses = &mut io.ports[service.cluster as usize].responses;
-        if !responses.can_push(now) {
-            return Activity::Stall(Cause::OutputFull);
+        if !service.request.write {
+            let responses = &mut io.ports[service.cluster as usize].responses;
+            if !responses.can_push(now) {
+                self.traffic.busy_cycles -= 1;
+                return Activity::Stall(Cause::OutputFull);
+            }
+            responses.send(now, service.request.line, observer);
         }
-        responses.push(now, service.line);
         self.service = None;
         Activity::Work
     }
 
-    fn next_request(&mut self, now: Cycle, ports: &mut [DramPort]) -> Option<Service> {
+    fn next_request<O: Observer>(
+        &mut self,
+        now: Cycle,
+        ports: &mut [DramPort],
+        observer: &mut O,
+    ) -> Option<Service> {
         let waiting = (0..).zip(ports.iter()).filter(|(_, p)| p.requests.front(now).is_some());
         let waiting = waiting.fold(0u64, |mask, (i, _): (u32, _)| mask | 1 << i);
         let cluster = next_set_bit(waiting, self.turn)?;
         self.turn = cluster + 1;
-        let line = ports[cluster as usize].requests.pop(now)?;
+        let request = ports[cluster as usize].requests.take(now, observer)?;
+        let line = request.line;
         let banks = self.open_rows.len() as u32;
         let (bank, row) = (line.0 % banks, line.0 / banks / self.lines_per_row);
         let open = &mut self.open_rows[bank as usize];
         let hit = *open == Some(row);
         *open = Some(row);
         self.traffic.accesses += 1;
-        self.traffic.lines += 1;
+        self.traffic.lines += u64::from(!request.write);
+        self.traffic.written += u64::from(request.write);
         self.traffic.misses += u64::from(!hit);
         let latency = if hit { self.row_hit_cycles } else { self.row_miss_cycles };
-        Some(Service { cluster, line, latency, beats: self.beats_per_line })
+        Some(Service { cluster, request, latency, beats: self.beats_per_line })
     }
 
     /// Line transfers and row misses so far.
@@ -123,6 +136,7 @@ impl Dram {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::Silent;
 
     /// Cycle in which the responses become visible, for lines requested together in cycle 0.
     fn arrival_cycles(lines: &[u32], mut dram: Dram) -> Vec<u64> {
@@ -133,12 +147,12 @@ mod tests {
             if ports[0].requests.can_push(now)
                 && let Some(&line) = to_send.next()
             {
-                ports[0].requests.push(now, Line(line));
+                ports[0].requests.push(now, MemoryRequest::read(Line(line)));
             }
             if ports[0].responses.pop(now).is_some() {
                 arrivals.push(now);
             }
-            dram.tick(now, DramIo { ports: &mut ports });
+            dram.tick(now, DramIo { ports: &mut ports }, &mut Silent);
         }
         assert_eq!(arrivals.len(), lines.len());
         arrivals

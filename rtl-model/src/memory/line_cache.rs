@@ -7,8 +7,8 @@
 //! Least recently used replacement. A filled line is handed to whoever waits for it in the cycle of the fill, so
 //! its eviction before use costs nothing and a cache of 0 bytes still works (one line register per miss register).
 
-use super::{Line, Traffic};
-use crate::sim::{Cycle, Fifo, Wire};
+use super::{Line, MemoryRequest, Traffic};
+use crate::sim::{Cycle, Fifo, Observer, Wire};
 
 /// Tags of a set-associative cache of 64-byte lines; 0 lines is a cache that never hits.
 #[derive(Clone, Debug)]
@@ -138,7 +138,7 @@ impl ReadPort {
 
     /// Reads a line; on a miss asks the next level, if a register and the request FIFO allow.
     #[inline]
-    pub fn read(&mut self, now: Cycle, line: Line, requests: &mut Fifo<Line>) -> Lookup {
+    pub fn read<O: Observer>(&mut self, now: Cycle, line: Line, requests: &mut Fifo<MemoryRequest>, observer: &mut O) -> Lookup {
         if self.cache.lookup(line) {
             self.traffic.accesses += 1;
             return Lookup::Hit;
@@ -151,7 +151,7 @@ impl ReadPort {
                 return Lookup::Busy;
             }
             self.misses.take(line);
-            requests.push(now, line);
+            requests.send(now, MemoryRequest::read(line), observer);
             self.traffic.lines += 1;
         }
         self.traffic.accesses += 1;
@@ -182,6 +182,7 @@ impl ReadPort {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::Silent;
 
     #[test]
     fn line_cache_two_ways_keeps_the_two_latest_of_a_set() {
@@ -208,15 +209,15 @@ mod tests {
     fn read_port_miss_takes_a_register_merges_and_is_full_when_none_is_free() {
         let mut port = ReadPort::new(256, 2, 1);
         let mut requests = Fifo::new(2);
-        assert_eq!(port.read(0, Line(9), &mut requests), Lookup::Waits);
-        assert_eq!(port.read(0, Line(9), &mut requests), Lookup::Waits, "merged");
-        assert_eq!(port.read(0, Line(10), &mut requests), Lookup::Full);
-        assert_eq!((requests.pop(1), requests.len(2)), (Some(Line(9)), 0));
+        assert_eq!(port.read(0, Line(9), &mut requests, &mut Silent), Lookup::Waits);
+        assert_eq!(port.read(0, Line(9), &mut requests, &mut Silent), Lookup::Waits, "merged");
+        assert_eq!(port.read(0, Line(10), &mut requests, &mut Silent), Lookup::Full);
+        assert_eq!((requests.pop(1), requests.len(2)), (Some(MemoryRequest::read(Line(9))), 0));
         let mut wire = Wire::new();
         wire.set(1, Line(9));
         assert_eq!(port.fill(2, &wire), Some(Line(9)));
         assert!(port.is_quiet());
-        assert_eq!(port.read(2, Line(9), &mut requests), Lookup::Hit);
-        assert_eq!(port.traffic(), Traffic { accesses: 3, misses: 2, lines: 1 });
+        assert_eq!(port.read(2, Line(9), &mut requests, &mut Silent), Lookup::Hit);
+        assert_eq!(port.traffic(), Traffic { accesses: 3, misses: 2, lines: 1, ..Traffic::default() });
     }
 }

@@ -78,6 +78,26 @@ impl CellLists {
     }
 }
 
+impl CellLists {
+    /// Numbers the patches by the first cell in Morton order that lists them, and those that none lists after them;
+    /// the old number of each new one.
+    pub(super) fn renumber_by_cell(&mut self, n_patches: usize) -> Vec<u32> {
+        const NONE: u32 = u32::MAX;
+        let mut new = vec![NONE; n_patches];
+        let mut old = Vec::with_capacity(n_patches);
+        for number in self.entries.iter().copied().chain(0..word_count(n_patches)) {
+            if new[index(number)] == NONE {
+                new[index(number)] = word_count(old.len());
+                old.push(number);
+            }
+        }
+        for entry in &mut self.entries {
+            *entry = new[index(*entry)];
+        }
+        old
+    }
+}
+
 /// Index of a cell of grid g; its places are under 2^7.
 fn cell_index(g: u32, cell: [u32; 3]) -> usize {
     Grid { log2_cells: g }.index(Cell(cell.map(|place| u8::try_from(place).unwrap_or(u8::MAX))))

@@ -6,6 +6,9 @@
 
 use serde::Serialize;
 
+use super::event::activity_payload;
+use super::{Cycle, EventKind, Observer};
+
 /// Why a block did what it did in a cycle: exactly one cause per block and cycle, the first that applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -116,6 +119,8 @@ impl BlockAccount {
 pub struct Accounts {
     spells: Vec<Spell>,
     sums: Vec<Sums>,
+    /// Number of block 0 in the board's directory.
+    first: u16,
 }
 
 /// Equal cycles in a row.
@@ -138,15 +143,28 @@ struct Sums {
 }
 
 impl Accounts {
-    /// Empty accounts of `n_blocks` blocks.
-    pub fn new(n_blocks: usize) -> Self {
-        Accounts { spells: vec![Spell::default(); n_blocks], sums: vec![Sums::default(); n_blocks] }
+    /// Empty accounts of `n_blocks` blocks, of which the first has number `first` in the board's directory.
+    pub fn new(n_blocks: usize, first: u16) -> Self {
+        Accounts { spells: vec![Spell::default(); n_blocks], sums: vec![Sums::default(); n_blocks], first }
+    }
+
+    /// A block's number in the board's directory.
+    #[inline]
+    pub fn number(&self, block: usize) -> u16 {
+        self.first + block as u16
     }
 
     /// Records one cycle of a block. `assigned` tells whether the surroundings have work in progress: an idle block is
     /// then starved.
     #[inline]
-    pub fn record(&mut self, block: usize, activity: Activity, assigned: bool) {
+    pub fn record<O: Observer>(
+        &mut self,
+        now: Cycle,
+        block: usize,
+        activity: Activity,
+        assigned: bool,
+        observer: &mut O,
+    ) {
         let code = activity.code() << 1 | u8::from(assigned);
         let spell = &mut self.spells[block];
         if spell.code == code {
@@ -154,6 +172,17 @@ impl Accounts {
         } else {
             self.sums[block].add(spell);
             *spell = Spell { n_cycles: 1, latest: Some((activity, assigned)), code };
+            if O::ON {
+                let payload = activity_payload(activity, assigned);
+                observer.event(now, EventKind::Activity, self.first + block as u16, payload);
+            }
+        }
+    }
+
+    /// Records `n` more cycles like the latest one for every block.
+    pub fn repeat_all(&mut self, n: u64) {
+        for spell in &mut self.spells {
+            spell.n_cycles += n;
         }
     }
 
@@ -213,10 +242,11 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::Silent;
 
     #[test]
     fn account_of_a_run_with_gaps_names_fill_idle_and_drain_and_closes() {
-        let mut account = Accounts::new(1);
+        let mut account = Accounts::new(1, 0);
         for activity in [
             Activity::Idle,
             Activity::Idle,
@@ -228,7 +258,7 @@ mod tests {
             Activity::Idle,
             Activity::Idle,
         ] {
-            account.record(0, activity, false);
+            account.record(0, 0, activity, false, &mut Silent);
         }
         account.end_run(0);
         let closed = account.named(0, "block".into());
@@ -242,7 +272,7 @@ mod tests {
 
     #[test]
     fn account_of_an_idle_block_with_work_elsewhere_is_starved() {
-        let mut account = Accounts::new(1);
+        let mut account = Accounts::new(1, 0);
         for (activity, assigned) in [
             (Activity::Work, true),
             (Activity::Idle, true),
@@ -252,7 +282,7 @@ mod tests {
             (Activity::Idle, true),
             (Activity::Idle, false),
         ] {
-            account.record(0, activity, assigned);
+            account.record(0, 0, activity, assigned, &mut Silent);
         }
         account.end_run(5);
         let closed = account.named(0, String::new());

@@ -8,7 +8,15 @@
 //! Both sides pass the cycle, and the queue answers with its state at the start of that cycle: there is no commit to
 //! call, and the order of the two sides within a cycle changes nothing.
 
-use super::{Cycle, NEVER};
+use super::{Cycle, EventKind, NEVER, Observer};
+
+/// What a FIFO carries.
+pub trait Token: Copy + Default {
+    /// What an observer sees of it: a [`super::RayRef`] payload where it belongs to a ray.
+    fn payload(&self) -> u32 {
+        0
+    }
+}
 
 /// The queue. Its statistics count from its making.
 ///
@@ -16,45 +24,131 @@ use super::{Cycle, NEVER};
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct Fifo<T> {
-    /// A power of two of places, at least `depth`.
+    /// A power of two of places, at least the depth.
     entries: Box<[T]>,
+    state: LinkState,
+}
+
+/// Most bins of an occupancy histogram but one.
+const BINS: u32 = 64;
+
+/// Everything of a queue but its tokens.
+#[derive(Clone, Debug)]
+pub struct LinkState {
     depth: u32,
     head: u32,
     /// Tokens inside, this cycle's push and pop included.
     count: u32,
+    /// Number in the board's directory.
+    number: u16,
+    bin_shift: u8,
     pushed_at: Cycle,
     popped_at: Cycle,
+    /// The cycle up to which occupancy is counted.
+    settled_at: Cycle,
     pushes: u64,
     /// Sum of pop cycles less sum of push cycles.
-    #[cfg(test)]
     sojourn: u64,
+    /// Cycles by occupancy at their end; see [`FifoStatistics::cycles_by_occupancy`].
+    cycles: Box<[u64]>,
 }
 
-impl<T: Copy + Default> Fifo<T> {
+/// What a queue counted since its making.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct FifoStatistics {
+    /// Name: `cluster0.module0.tests`.
+    pub link: String,
+    /// Entries.
+    pub depth: u32,
+    /// Tokens that went in.
+    pub tokens: u64,
+    /// Cycles by number of tokens inside at their end: bin i counts [i w, (i + 1) w) tokens, w = `bin_tokens`.
+    pub cycles_by_occupancy: Vec<u64>,
+    /// Tokens of a bin: 1 up to depth 64.
+    pub bin_tokens: u32,
+    /// Sum over all tokens of the cycles that each spent inside; of an empty queue. By Little's law the sum of
+    /// occupancy over the cycles.
+    pub sojourn_cycles: u64,
+}
+
+impl LinkState {
+    fn new(depth: u32) -> Self {
+        assert!(depth >= 1, "a FIFO needs an entry");
+        let bin_shift = depth.div_ceil(BINS).next_power_of_two().trailing_zeros();
+        LinkState {
+            depth,
+            head: 0,
+            count: 0,
+            number: 0,
+            bin_shift: bin_shift as u8,
+            pushed_at: NEVER,
+            popped_at: NEVER,
+            settled_at: 0,
+            pushes: 0,
+            sojourn: 0,
+            cycles: vec![0; (depth >> bin_shift) as usize + 1].into_boxed_slice(),
+        }
+    }
+
+    /// Gives the queue its number in the board's directory.
+    pub fn set_number(&mut self, number: u16) {
+        self.number = number;
+    }
+
+    /// Its number in the board's directory.
+    pub fn number(&self) -> u16 {
+        self.number
+    }
+
+    /// Entries.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// True when nothing is inside, this cycle's push and pop included.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Counts the occupancy since the last push or pop.
+    #[inline]
+    fn settle(&mut self, now: Cycle) {
+        let since = now - self.settled_at;
+        self.cycles[(self.count >> self.bin_shift) as usize] += since;
+        self.settled_at = now;
+    }
+
+    /// What was counted up to the start of cycle `now`, under a name.
+    pub fn statistics(&self, now: Cycle, link: String) -> FifoStatistics {
+        let mut settled = self.clone();
+        settled.settle(now);
+        FifoStatistics {
+            link,
+            depth: self.depth,
+            tokens: self.pushes,
+            cycles_by_occupancy: settled.cycles.into_vec(),
+            bin_tokens: 1 << self.bin_shift,
+            sojourn_cycles: if self.is_empty() { self.sojourn } else { 0 },
+        }
+    }
+}
+
+impl<T: Token> Fifo<T> {
     /// An empty queue of `depth >= 1` entries.
     ///
     /// # Panics
     /// When `depth` is 0.
     pub fn new(depth: u32) -> Self {
-        assert!(depth >= 1, "a FIFO needs an entry");
         let n = depth.next_power_of_two() as usize;
-        Fifo {
-            entries: vec![T::default(); n].into_boxed_slice(),
-            depth,
-            head: 0,
-            count: 0,
-            pushed_at: NEVER,
-            popped_at: NEVER,
-            pushes: 0,
-            #[cfg(test)]
-            sojourn: 0,
-        }
+        Fifo { entries: vec![T::default(); n].into_boxed_slice(), state: LinkState::new(depth) }
     }
 
     /// True when the writer may push in cycle `now`.
     #[inline]
     pub fn can_push(&self, now: Cycle) -> bool {
-        (self.pushed_at != now) & (self.count + u32::from(self.popped_at == now) < self.depth)
+        let s = &self.state;
+        (s.pushed_at != now) & (s.count + u32::from(s.popped_at == now) < s.depth)
     }
 
     /// Puts a token in; the reader sees it from the next cycle on.
@@ -65,37 +159,55 @@ impl<T: Copy + Default> Fifo<T> {
     pub fn push(&mut self, now: Cycle, token: T) {
         debug_assert!(self.can_push(now), "push into a full FIFO");
         let mask = self.entries.len() - 1;
-        self.entries[(self.head + self.count) as usize & mask] = token;
-        self.count += 1;
-        self.pushed_at = now;
-        self.pushes += 1;
-        #[cfg(test)]
-        {
-            self.sojourn = self.sojourn.wrapping_sub(now);
+        let s = &mut self.state;
+        s.settle(now);
+        self.entries[(s.head + s.count) as usize & mask] = token;
+        s.count += 1;
+        s.pushed_at = now;
+        s.pushes += 1;
+        s.sojourn = s.sojourn.wrapping_sub(now);
+    }
+
+    /// [`Fifo::push`], told to an observer.
+    #[inline]
+    pub fn send<O: Observer>(&mut self, now: Cycle, token: T, observer: &mut O) {
+        self.push(now, token);
+        if O::ON {
+            observer.event(now, EventKind::Push, self.state.number, token.payload());
         }
     }
 
     /// The oldest token, as of the start of the cycle; none any more once it is popped in this cycle.
     #[inline]
     pub fn front(&self, now: Cycle) -> Option<&T> {
-        let visible = self.count - u32::from(self.pushed_at == now);
-        if (visible == 0) | (self.popped_at == now) {
+        let s = &self.state;
+        let visible = s.count - u32::from(s.pushed_at == now);
+        if (visible == 0) | (s.popped_at == now) {
             return None;
         }
         let mask = self.entries.len() - 1;
-        Some(&self.entries[self.head as usize & mask])
+        Some(&self.entries[s.head as usize & mask])
     }
 
     /// Takes the oldest token; the writer may use its entry from the next cycle on.
     #[inline]
     pub fn pop(&mut self, now: Cycle) -> Option<T> {
         let token = self.front(now).copied()?;
-        self.head = (self.head + 1) & (self.entries.len() as u32 - 1);
-        self.count -= 1;
-        self.popped_at = now;
-        #[cfg(test)]
-        {
-            self.sojourn = self.sojourn.wrapping_add(now);
+        let s = &mut self.state;
+        s.settle(now);
+        s.head = (s.head + 1) & (self.entries.len() as u32 - 1);
+        s.count -= 1;
+        s.popped_at = now;
+        s.sojourn = s.sojourn.wrapping_add(now);
+        Some(token)
+    }
+
+    /// [`Fifo::pop`], told to an observer.
+    #[inline]
+    pub fn take<O: Observer>(&mut self, now: Cycle, observer: &mut O) -> Option<T> {
+        let token = self.pop(now)?;
+        if O::ON {
+            observer.event(now, EventKind::Pop, self.state.number, token.payload());
         }
         Some(token)
     }
@@ -103,30 +215,58 @@ impl<T: Copy + Default> Fifo<T> {
     /// Tokens inside at the start of cycle `now`.
     #[inline]
     pub fn len(&self, now: Cycle) -> u32 {
-        self.count + u32::from(self.popped_at == now) - u32::from(self.pushed_at == now)
+        let s = &self.state;
+        s.count + u32::from(s.popped_at == now) - u32::from(s.pushed_at == now)
     }
 
     /// True when nothing is inside, this cycle's push and pop included.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.count == 0
+        self.state.is_empty()
     }
 
     /// Entries.
     pub fn depth(&self) -> u32 {
-        self.depth
+        self.state.depth
     }
 
-    /// Sum over all tokens of the cycles that each spent inside, once the queue is empty.
-    #[cfg(test)]
-    fn sojourn_cycles(&self) -> Option<u64> {
-        self.is_empty().then_some(self.sojourn)
+    /// Everything but the tokens.
+    pub fn state(&self) -> &LinkState {
+        &self.state
+    }
+
+    /// Everything but the tokens.
+    pub fn state_mut(&mut self) -> &mut LinkState {
+        &mut self.state
     }
 
     /// Tokens taken by the reader before cycle `now`.
     #[inline]
     pub fn taken(&self, now: Cycle) -> u64 {
-        self.pushes - u64::from(self.pushed_at == now) - u64::from(self.len(now))
+        self.state.pushes - u64::from(self.state.pushed_at == now) - u64::from(self.len(now))
+    }
+}
+
+impl FifoStatistics {
+    /// Cycles counted.
+    pub fn total_cycles(&self) -> u64 {
+        self.cycles_by_occupancy.iter().sum()
+    }
+
+    /// Mean number of tokens inside, by Little's law from their sojourn.
+    pub fn mean_occupancy(&self) -> f64 {
+        match self.total_cycles() {
+            0 => 0.0,
+            n => self.sojourn_cycles as f64 / n as f64,
+        }
+    }
+
+    /// Share of the cycles at whose end the queue was full (of a deep one: in its last bin).
+    pub fn full_share(&self) -> f64 {
+        match self.total_cycles() {
+            0 => 0.0,
+            n => *self.cycles_by_occupancy.last().unwrap_or(&0) as f64 / n as f64,
+        }
     }
 }
 
@@ -134,6 +274,9 @@ impl<T: Copy + Default> Fifo<T> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    impl Token for u64 {}
+    impl Token for u32 {}
 
     fn cycles_to_pass(depth: u32, tokens: u64) -> u64 {
         let mut fifo = Fifo::<u64>::new(depth);
@@ -169,6 +312,15 @@ mod tests {
         assert_eq!(cycles_to_pass(16, 100), 100);
     }
 
+    #[test]
+    fn fifo_of_any_depth_has_a_bin_for_every_occupancy_and_at_most_65() {
+        for depth in (1..=300).chain([511, 512, 513, 1000, 4095, 4096]) {
+            let state = LinkState::new(depth);
+            assert!(state.cycles.len() as u32 <= BINS + 1, "depth {depth}: {} bins", state.cycles.len());
+            assert!(depth > BINS || state.cycles.len() as u32 == depth + 1, "depth {depth}");
+        }
+    }
+
     proptest! {
         /// Little's identity: the sum of occupancy equals the sum of sojourn, empty to empty; tokens keep their order;
         /// whichever side acts first in a cycle, the same happens.
@@ -202,7 +354,13 @@ mod tests {
                 prop_assert_eq!(fifos[0].taken(now + 1), got);
             }
             prop_assert_eq!(got, sent);
-            prop_assert_eq!(fifos.map(|f| f.sojourn_cycles()), [Some(occupancy); 2]);
+            for fifo in fifos {
+                let end = 301 + 3 * u64::from(depth);
+                let counted = fifo.state().statistics(end, String::new());
+                let by_bins: u64 = (0..).zip(&counted.cycles_by_occupancy).map(|(len, n)| len * n).sum();
+                prop_assert_eq!((counted.sojourn_cycles, by_bins), (occupancy, occupancy));
+                prop_assert_eq!(counted.total_cycles(), end);
+            }
         }
     }
 }

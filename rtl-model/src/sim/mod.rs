@@ -4,15 +4,19 @@
 //! seen from the next cycle on, told apart by the cycle's number. So the order in which blocks tick changes nothing.
 
 mod account;
+mod event;
 mod fifo;
 mod pipe;
 mod round_robin;
 mod wire;
 
 pub use account::{Accounts, Activity, BlockAccount, Cause};
-pub use fifo::Fifo;
+pub use event::{
+    CommandMark, Directory, Event, EventKind, EventLog, EventSink, Move, Observer, Phase, RayRef, Silent, activity_of,
+};
+pub use fifo::{Fifo, FifoStatistics, LinkState, Token};
 pub use pipe::Pipe;
-pub use round_robin::{next_in_turn, next_set_bit};
+pub use round_robin::{for_each_bit, next_in_turn, next_set_bit};
 pub use wire::{Wire, Wires};
 
 /// A count of board clock cycles.

@@ -16,6 +16,15 @@ pub fn next_in_turn(n: usize, start: usize, mut wants: impl FnMut(usize) -> bool
     (start..n).chain(0..start).find(|&i| wants(i))
 }
 
+/// Calls `f` with every set bit's position, lowest first.
+#[inline]
+pub fn for_each_bit(mut mask: u64, mut f: impl FnMut(usize)) {
+    while mask != 0 {
+        f(mask.trailing_zeros() as usize);
+        mask &= mask - 1;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BoardSpec, IcuSpec};
+use super::{BoardSpec, IcuSpec, IcuUnit};
 use crate::fixed::Formats;
 use crate::fixed::division::{
     Divider, DividerForm, DividerFormat, DivisionError, Newton, NewtonParameters, NonRestoring,
@@ -92,6 +92,15 @@ impl DivisionSpec {
     }
 }
 
+/// What an ICU's blocks are built to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IcuTiming {
+    /// Cycles between two tests.
+    pub initiation_interval: u32,
+    /// Latency of a test in cycles.
+    pub depth: u32,
+}
+
 impl BoardSpec {
     /// The division unit of a valid board, if one is named.
     pub fn divider(&self) -> Option<Divider> {
@@ -99,12 +108,21 @@ impl BoardSpec {
     }
 
     /// Depth and initiation interval of a valid board's ICUs, the division unit included.
-    pub fn icu_timing(&self) -> IcuSpec {
-        let IcuSpec { initiation_interval, depth } = self.icu;
-        self.divider().map_or(self.icu, |unit| IcuSpec {
-            initiation_interval: initiation_interval.max(unit.initiation_interval_cycles()),
-            depth: depth + unit.latency_cycles(),
-        })
+    pub fn icu_timing(&self) -> IcuTiming {
+        let IcuSpec { unit, cordic_bits: n, initiation_interval, depth } = self.icu;
+        let timing = |initiation_interval, depth| IcuTiming { initiation_interval, depth };
+        match unit {
+            IcuUnit::FixedPipelined => {
+                self.divider().map_or(timing(initiation_interval, depth), |unit| IcuTiming {
+                    initiation_interval: initiation_interval.max(unit.initiation_interval_cycles()),
+                    depth: depth + unit.latency_cycles(),
+                })
+            }
+            IcuUnit::CordicUnfolded => timing(1, 3 * (n + 4) + 20),
+            IcuUnit::CordicSerial => timing(3 * n, 3 * n),
+            IcuUnit::SubdivisionFast => timing(375, 375),
+            IcuUnit::SubdivisionSlow => timing(3500, 3500),
+        }
     }
 }
 
@@ -112,16 +130,30 @@ impl BoardSpec {
 mod tests {
     use super::*;
 
-    fn timing(text: &str) -> IcuSpec {
+    fn timing(text: &str) -> IcuTiming {
         BoardSpec::from_toml(text).unwrap().icu_timing()
     }
 
     #[test]
     fn icu_timing_without_a_named_unit_is_that_of_the_icu() {
-        assert_eq!(BoardSpec::default().icu_timing(), IcuSpec { initiation_interval: 1, depth: 22 });
+        assert_eq!(BoardSpec::default().icu_timing(), IcuTiming { initiation_interval: 1, depth: 22 });
         assert!(BoardSpec::default().divider().is_none());
         let text = "[icu]\ninitiation_interval = 3\ndepth = 7\n[division]\nradix_log2 = 4";
-        assert_eq!(timing(text), IcuSpec { initiation_interval: 3, depth: 7 });
+        assert_eq!(timing(text), IcuTiming { initiation_interval: 3, depth: 7 });
+    }
+
+    #[test]
+    fn icu_timing_of_units_from_the_literature_is_theirs() {
+        let cases = [
+            ("cordic-unfolded", 1, 3 * 28 + 20),
+            ("cordic-serial", 72, 72),
+            ("subdivision-fast", 375, 375),
+            ("subdivision-slow", 3500, 3500),
+        ];
+        for (unit, initiation_interval, depth) in cases {
+            let text = format!("[icu]\nunit = \"{unit}\"");
+            assert_eq!(timing(&text), IcuTiming { initiation_interval, depth }, "{unit}");
+        }
     }
 
     #[test]
@@ -136,13 +168,13 @@ mod tests {
         for (text, initiation_interval, depth) in cases {
             assert_eq!(
                 timing(&format!("[division]\n{text}")),
-                IcuSpec { initiation_interval, depth },
+                IcuTiming { initiation_interval, depth },
                 "{text}"
             );
         }
         let slower =
             "[icu]\ninitiation_interval = 40\n[division]\nunit = \"non-restoring\"\nform = \"serial\"";
-        assert_eq!(timing(slower), IcuSpec { initiation_interval: 40, depth: 22 + 30 });
+        assert_eq!(timing(slower), IcuTiming { initiation_interval: 40, depth: 22 + 30 });
     }
 
     #[test]
@@ -183,9 +215,9 @@ mod tests {
                 format!("watchdog_cycles = {watchdog_cycles}\n[icu]\ndepth = 4000\n[division]\n{division}");
             BoardSpec::from_toml(&text).is_err()
         };
-        // All other latencies of the default board take 175 cycles; the unit, 30 more in depth, 29 more in interval.
+        // All other latencies of the default board take 675 cycles; the unit, 30 more in depth, 29 more in interval.
         let serial = "unit = \"non-restoring\"\nform = \"serial\"";
-        assert!(refused(4174, "") && !refused(4175, ""));
-        assert!(refused(4233, serial) && !refused(4234, serial));
+        assert!(refused(4674, "") && !refused(4675, ""));
+        assert!(refused(4733, serial) && !refused(4734, serial));
     }
 }

@@ -14,7 +14,7 @@ mod division;
 mod parameters;
 mod validate;
 
-pub use division::{DivisionSpec, DivisionUnit};
+pub use division::{DivisionSpec, DivisionUnit, IcuTiming};
 pub use parameters::ParameterRow;
 pub use validate::SpecError;
 
@@ -38,6 +38,10 @@ pub struct BoardSpec {
     pub watchdog_cycles: u64,
     /// Number formats.
     pub formats: Formats,
+    /// Shells and the bundle tracker's table (partition = "shells", "shells+static").
+    pub shells: ShellSpec,
+    /// Low-resolution cast, rebalancing, the host's own pace.
+    pub dispatch: DispatchSpec,
     /// Clusters and what is in them.
     pub clusters: ClusterSpec,
     /// Cell Traversal Units.
@@ -54,12 +58,16 @@ pub struct BoardSpec {
     pub patch_cache: PatchCacheSpec,
     /// Cache of cell headers and lists, one per module.
     pub list_cache: ListCacheSpec,
+    /// Cache of tested masks, one per module (partition in shells).
+    pub mask_cache: MaskCacheSpec,
     /// Buffer of a cluster (memory = "hierarchical").
     pub cluster_buffer: ClusterBufferSpec,
     /// The board's DRAM.
     pub dram: DramSpec,
     /// Host bus and DMA.
     pub bus: BusSpec,
+    /// Energy of events.
+    pub energy: EnergySpec,
 }
 
 /// How rays share the search for patches.
@@ -68,14 +76,30 @@ pub struct BoardSpec {
 pub enum Partition {
     /// Each ray by itself through a uniform grid: the conventional technique.
     Grid,
+    /// A bundle's rays together, shell of cells by shell of cells around their apex.
+    Shells,
+    /// As `shells`, and a low-resolution cast estimates each bundle's work before bundles are dealt to clusters.
+    #[serde(rename = "shells+static")]
+    ShellsStatic,
+}
+
+impl Partition {
+    /// True for both partitions in shells.
+    pub fn is_shells(self) -> bool {
+        self != Partition::Grid
+    }
 }
 
 /// Which cluster gets which bundle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheduling {
-    /// Bundles in issue order, cut into one range of equal count per cluster.
+    /// Bundles in issue order, cut into one range of equal estimated work per cluster; without a low-resolution cast
+    /// the estimate is the number of rays.
     Static,
+    /// As `static`; when a cluster has run out and what the others have left is too uneven, what is not yet dispatched
+    /// is cut anew.
+    PseudoDynamic,
     /// The next bundle to the first cluster with room, at no cost: the bound of balance, not of locality.
     Ideal,
 }
@@ -90,6 +114,46 @@ pub enum MemoryLevels {
     OneLevel,
     /// Caches, cluster buffers, DRAM.
     Hierarchical,
+}
+
+/// How shells grow with their distance from the apex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShellGrowth {
+    /// All of one thickness.
+    Fixed,
+    /// Each twice as thick as the one before.
+    Double,
+}
+
+/// Shells of cells around an apex, and the bundle tracker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShellSpec {
+    /// Thickness of the first shell around the apex's cell (cells), 1..=64.
+    pub cells: u32,
+    /// Growth of the others.
+    pub growth: ShellGrowth,
+    /// Entries of a bundle's table of cells, 1..=256.
+    pub entries: u32,
+    /// While a shell is tested, fetch lists and records of the cells in which its rays will enter the next one.
+    pub prefetch: bool,
+}
+
+/// How the dispatcher finds and corrects the partition of bundles among clusters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DispatchSpec {
+    /// A centre ray is cast first for every so many bundles (partition = "shells+static"), 1..=4096.
+    pub low_resolution_every: u32,
+    /// Commands of fewer bundles are dealt without a low-resolution cast, 1..=65536.
+    pub low_resolution_min_bundles: u32,
+    /// Pseudo-dynamic: greatest max/mean of the clusters' remaining estimates that is left alone, 1 to 1000.
+    pub rebalance_threshold: f64,
+    /// Cycles for which dispatch pauses while the partition is cut, 0..=1000000.
+    pub rebalance_cycles: u32,
+    /// Board cycles that the host needs before each command, 0..=1000000000.
+    pub host_cycles_per_command: u64,
 }
 
 /// Clusters and what is in them.
@@ -126,10 +190,31 @@ pub struct LoaderSpec {
     pub slots: u32,
 }
 
+/// What an ICU's timing follows; its answers are those of the fixed-point datapath whatever it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IcuUnit {
+    /// A pipeline of multipliers: `initiation_interval` and `depth` as given.
+    #[default]
+    FixedPipelined,
+    /// CORDIC rotations unrolled in space, n = `cordic_bits`: interval 1, depth 3 (n + 4) + 20.
+    CordicUnfolded,
+    /// CORDIC rotations on one unit, n = `cordic_bits`: interval and depth 3 n.
+    CordicSerial,
+    /// Pulleyblank and Kapenga's subdivision of bicubic patches at 25 MHz, the best case: 375 cycles a test.
+    SubdivisionFast,
+    /// The same, the worst case: 3500 cycles a test.
+    SubdivisionSlow,
+}
+
 /// Intersection Computation Units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IcuSpec {
+    /// What the timing follows.
+    pub unit: IcuUnit,
+    /// Bits of a CORDIC unit's words, 4..=64.
+    pub cordic_bits: u32,
     /// Cycles between two tests, 1..=4096.
     pub initiation_interval: u32,
     /// Latency of a test in cycles, 1..=4096; with a named division unit, of the stages before it.
@@ -140,7 +225,8 @@ pub struct IcuSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FifoSpec {
-    /// Each CTU to its module's patch loader.
+    /// Every queue on the way from a CTU to its ICU: to the patch loader; in shells to the shell tracker, from it to
+    /// the loader, and from the loader to the ICU.
     pub ctu_icu: u32,
     /// ICU to nearest-hit reducer.
     pub icu_reducer: u32,
@@ -174,6 +260,29 @@ pub struct ListCacheSpec {
     pub miss_registers: u32,
 }
 
+/// The cache of tested masks of a module, four patches of a bundle a line, written back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MaskCacheSpec {
+    /// Size (B): 0, or a power of two of at least a 64-byte line per way.
+    pub bytes: u32,
+    /// Ways, a power of two in 1..=16.
+    pub ways: u32,
+    /// Misses that may be open at once, 1..=16.
+    pub miss_registers: u32,
+}
+
+/// Order of the patch records in the patch memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PatchLayout {
+    /// By patch id: the host's order, surface after surface.
+    #[default]
+    ById,
+    /// By the first cell in Morton order that lists the patch.
+    ByCell,
+}
+
 /// The buffer of a cluster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -204,6 +313,30 @@ pub struct DramSpec {
     pub row_hit_cycles: u32,
     /// Cycles to the first beat from a closed row, 0..=4096.
     pub row_miss_cycles: u32,
+    /// Order of the patch records.
+    pub layout: PatchLayout,
+}
+
+/// Energy of an event (pJ), 0 to 10^9 each; all ASSUMED: an order of magnitude for CMOS of about 1.5 um at 5 V.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnergySpec {
+    /// A ray x patch test.
+    pub test_pj: f64,
+    /// A cell step.
+    pub step_pj: f64,
+    /// A look-up in a cache of a module.
+    pub cache_pj: f64,
+    /// A look-up in a cluster buffer.
+    pub buffer_pj: f64,
+    /// A line read from or written to the DRAM.
+    pub dram_line_pj: f64,
+    /// Opening a DRAM row, besides.
+    pub dram_row_pj: f64,
+    /// A byte over the host bus.
+    pub bus_byte_pj: f64,
+    /// A cycle of a block, whatever it does: clock and leakage.
+    pub block_cycle_pj: f64,
 }
 
 /// Host bus and DMA.
@@ -231,12 +364,14 @@ impl Default for BoardSpec {
         BoardSpec {
             name: "custom".into(),
             clock_mhz: 25.0,
-            partition: Partition::Grid,
-            scheduling: Scheduling::Static,
+            partition: Partition::ShellsStatic,
+            scheduling: Scheduling::PseudoDynamic,
             memory: MemoryLevels::Hierarchical,
             grid_log2: None,
             watchdog_cycles: 100_000,
             formats: Formats::default(),
+            shells: ShellSpec::default(),
+            dispatch: DispatchSpec::default(),
             clusters: ClusterSpec::default(),
             ctu: CtuSpec::default(),
             loader: LoaderSpec::default(),
@@ -245,9 +380,50 @@ impl Default for BoardSpec {
             fifos: FifoSpec::default(),
             patch_cache: PatchCacheSpec::default(),
             list_cache: ListCacheSpec::default(),
+            mask_cache: MaskCacheSpec::default(),
             cluster_buffer: ClusterBufferSpec::default(),
             dram: DramSpec::default(),
             bus: BusSpec::default(),
+            energy: EnergySpec::default(),
+        }
+    }
+}
+
+impl Default for ShellSpec {
+    fn default() -> Self {
+        ShellSpec { cells: 2, growth: ShellGrowth::Fixed, entries: 64, prefetch: false }
+    }
+}
+
+impl Default for DispatchSpec {
+    fn default() -> Self {
+        DispatchSpec {
+            low_resolution_every: 1,
+            low_resolution_min_bundles: 64,
+            rebalance_threshold: 1.25,
+            rebalance_cycles: 500,
+            host_cycles_per_command: 0,
+        }
+    }
+}
+
+impl Default for MaskCacheSpec {
+    fn default() -> Self {
+        MaskCacheSpec { bytes: 4096, ways: 4, miss_registers: 2 }
+    }
+}
+
+impl Default for EnergySpec {
+    fn default() -> Self {
+        EnergySpec {
+            test_pj: 20_000.0,
+            step_pj: 2_000.0,
+            cache_pj: 1_000.0,
+            buffer_pj: 4_000.0,
+            dram_line_pj: 100_000.0,
+            dram_row_pj: 50_000.0,
+            bus_byte_pj: 1_000.0,
+            block_cycle_pj: 400.0,
         }
     }
 }
@@ -272,7 +448,7 @@ impl Default for LoaderSpec {
 
 impl Default for IcuSpec {
     fn default() -> Self {
-        IcuSpec { initiation_interval: 1, depth: 22 }
+        IcuSpec { unit: IcuUnit::FixedPipelined, cordic_bits: 24, initiation_interval: 1, depth: 22 }
     }
 }
 
@@ -309,6 +485,7 @@ impl Default for DramSpec {
             row_bytes: 1024,
             row_hit_cycles: 2,
             row_miss_cycles: 6,
+            layout: PatchLayout::ById,
         }
     }
 }
@@ -358,6 +535,27 @@ impl BoardSpec {
         Ok(spec)
     }
 
+    /// This board for comparisons ray by ray: with rounded edge normals, where an answer depends on the patches that a
+    /// ray is tested with, in grid partition; as it is otherwise.
+    pub fn comparable_by_ray(mut self) -> BoardSpec {
+        if self.formats.cross_drop() > 0 {
+            self.partition = Partition::Grid;
+            self.shells.prefetch = false;
+        }
+        self
+    }
+
+    /// Bytes of patch memory that the tested masks of a scene of `n_patches` take: 16 a patch, bundle slot and module.
+    pub fn mask_bytes(&self, n_patches: u32) -> u64 {
+        if !self.partition.is_shells() {
+            return 0;
+        }
+        let c = &self.clusters;
+        let line = u64::from(crate::memory::LINE_BYTES);
+        let lines = u64::from(n_patches.div_ceil(crate::memory::MASKS_PER_LINE).max(1));
+        u64::from(c.count * c.modules * c.bundle_slots) * lines * line
+    }
+
     /// Sizes (B) of the caches after `memory` is applied: a level that this hierarchy lacks has 0.
     pub(crate) fn effective_cache_bytes(&self) -> EffectiveCaches {
         let (first, buffer) = match self.memory {
@@ -368,6 +566,7 @@ impl BoardSpec {
         EffectiveCaches {
             patch: if first { self.patch_cache.bytes } else { 0 },
             list: if first { self.list_cache.bytes } else { 0 },
+            mask: if first { self.mask_cache.bytes } else { 0 },
             buffer: if buffer { self.cluster_buffer.bytes } else { 0 },
         }
     }
@@ -377,6 +576,7 @@ impl BoardSpec {
 pub(crate) struct EffectiveCaches {
     pub(crate) patch: u32,
     pub(crate) list: u32,
+    pub(crate) mask: u32,
     pub(crate) buffer: u32,
 }
 

@@ -16,6 +16,7 @@ pub struct ParameterRow {
 }
 
 const OURS: &str = "[I] not public";
+const ASSUMED: &str = "[I] ASSUMED, an order of magnitude";
 const SHAPE: &str = "[S] structure, [I] number";
 
 impl BoardSpec {
@@ -28,9 +29,9 @@ impl BoardSpec {
             row(
                 "partition",
                 word(s.partition),
-                "[S] grid = the conventional technique (1990 paper's comparison)",
+                "[S] shells (1990), shells+static (1991); grid = the conventional technique",
             ),
-            row("scheduling", word(s.scheduling), "[S] static (1991), [I] by bundle count; ideal [I]"),
+            row("scheduling", word(s.scheduling), "[S] static (1991), pseudo-dynamic (1992); ideal [I]"),
             row("memory", word(s.memory), "[S] hierarchical, a cache per processing element (1992)"),
             row(
                 "grid_log2",
@@ -47,6 +48,27 @@ impl BoardSpec {
                 OURS,
             ),
             row("formats.rounding", word(s.formats.rounding), OURS),
+            row("shells.cells", format!("{} cells", s.shells.cells), "[S] shells, [I] thickness"),
+            row("shells.growth", word(s.shells.growth), OURS),
+            row("shells.entries", format!("{} cells", s.shells.entries), OURS),
+            row("shells.prefetch", s.shells.prefetch.to_string(), OURS),
+            row(
+                "dispatch.low_resolution_every",
+                format!("{} bundles", s.dispatch.low_resolution_every),
+                "[S] low-resolution cast (1991), [I] number",
+            ),
+            row(
+                "dispatch.low_resolution_min_bundles",
+                format!("{} bundles", s.dispatch.low_resolution_min_bundles),
+                OURS,
+            ),
+            row("dispatch.rebalance_threshold", s.dispatch.rebalance_threshold.to_string(), OURS),
+            row("dispatch.rebalance_cycles", format!("{} cycles", s.dispatch.rebalance_cycles), OURS),
+            row(
+                "dispatch.host_cycles_per_command",
+                format!("{} cycles", s.dispatch.host_cycles_per_command),
+                "[I] of the model",
+            ),
             row("clusters.count", s.clusters.count.to_string(), SHAPE),
             row("clusters.modules", s.clusters.modules.to_string(), SHAPE),
             row("clusters.ctus_per_icu", s.clusters.ctus_per_icu.to_string(), SHAPE),
@@ -55,6 +77,8 @@ impl BoardSpec {
             row("ctu.initiation_interval", format!("{} cycles", s.ctu.initiation_interval), OURS),
             row("ctu.depth", format!("{} cycles", s.ctu.depth), OURS),
             row("loader.slots", format!("{} lists", s.loader.slots), OURS),
+            row("icu.unit", word(s.icu.unit), "[I] fixed-pipelined; others from the literature of the time"),
+            row("icu.cordic_bits", format!("{} bits", s.icu.cordic_bits), OURS),
             row("icu.initiation_interval", format!("{} cycles", s.icu.initiation_interval), OURS),
             row("icu.depth", format!("{} cycles", s.icu.depth), OURS),
             row("division.unit", word(s.division.unit), OURS),
@@ -73,6 +97,9 @@ impl BoardSpec {
             row("list_cache.bytes", format!("{} B", s.list_cache.bytes), OURS),
             row("list_cache.ways", s.list_cache.ways.to_string(), OURS),
             row("list_cache.miss_registers", s.list_cache.miss_registers.to_string(), OURS),
+            row("mask_cache.bytes", format!("{} B", s.mask_cache.bytes), OURS),
+            row("mask_cache.ways", s.mask_cache.ways.to_string(), OURS),
+            row("mask_cache.miss_registers", s.mask_cache.miss_registers.to_string(), OURS),
             row("cluster_buffer.bytes", format!("{} B", s.cluster_buffer.bytes), SHAPE),
             row("cluster_buffer.ways", s.cluster_buffer.ways.to_string(), OURS),
             row("cluster_buffer.cycles", format!("{} cycles", s.cluster_buffer.cycles), OURS),
@@ -83,6 +110,7 @@ impl BoardSpec {
             row("dram.row_bytes", format!("{} B", s.dram.row_bytes), OURS),
             row("dram.row_hit_cycles", format!("{} cycles", s.dram.row_hit_cycles), OURS),
             row("dram.row_miss_cycles", format!("{} cycles", s.dram.row_miss_cycles), OURS),
+            row("dram.layout", word(s.dram.layout), OURS),
             row("bus.kind", s.bus.kind.clone(), OURS),
             row("bus.width_bits", format!("{} bits", s.bus.width_bits), OURS),
             row("bus.clock_mhz", format!("{} MHz", s.bus.clock_mhz), OURS),
@@ -90,6 +118,14 @@ impl BoardSpec {
             row("bus.arbitration_cycles", format!("{} bus cycles", s.bus.arbitration_cycles), OURS),
             row("bus.dma_setup_cycles", format!("{} cycles", s.bus.dma_setup_cycles), OURS),
             row("bus.interrupt_cycles", format!("{} cycles", s.bus.interrupt_cycles), OURS),
+            row("energy.test_pj", format!("{} pJ", s.energy.test_pj), ASSUMED),
+            row("energy.step_pj", format!("{} pJ", s.energy.step_pj), ASSUMED),
+            row("energy.cache_pj", format!("{} pJ", s.energy.cache_pj), ASSUMED),
+            row("energy.buffer_pj", format!("{} pJ", s.energy.buffer_pj), ASSUMED),
+            row("energy.dram_line_pj", format!("{} pJ", s.energy.dram_line_pj), ASSUMED),
+            row("energy.dram_row_pj", format!("{} pJ", s.energy.dram_row_pj), ASSUMED),
+            row("energy.bus_byte_pj", format!("{} pJ", s.energy.bus_byte_pj), ASSUMED),
+            row("energy.block_cycle_pj", format!("{} pJ", s.energy.block_cycle_pj), ASSUMED),
         ]
     }
 }

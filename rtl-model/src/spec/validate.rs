@@ -1,6 +1,6 @@
 //! Ranges of every parameter.
 
-use super::BoardSpec;
+use super::{BoardSpec, DivisionUnit, IcuUnit};
 use crate::fixed::FormatError;
 use crate::fixed::division::DivisionError;
 
@@ -96,7 +96,8 @@ impl BoardSpec {
             + self.ctu.depth
             + self.ctu.initiation_interval
             + self.cluster_buffer.cycles
-            + self.dram.row_hit_cycles.max(self.dram.row_miss_cycles);
+            + self.dram.row_hit_cycles.max(self.dram.row_miss_cycles)
+            + self.dispatch.rebalance_cycles;
         self.bus.dma_setup_cycles
             + u64::from(pipes)
             + u64::from(self.bus.arbitration_cycles + 1) * bus_ratio
@@ -115,14 +116,37 @@ impl BoardSpec {
             let most = self.formats.coord_frac_bits.min(7);
             range("grid_log2", g, 1..=u64::from(most))?;
         }
+        range("shells.cells", self.shells.cells, 1..=64)?;
+        range("shells.entries", self.shells.entries, 1..=256)?;
+        let dispatch = &self.dispatch;
+        range("dispatch.low_resolution_every", dispatch.low_resolution_every, 1..=4096)?;
+        range("dispatch.low_resolution_min_bundles", dispatch.low_resolution_min_bundles, 1..=65_536)?;
+        let threshold = dispatch.rebalance_threshold;
+        let fits = threshold.is_finite() && (1.0..=1000.0).contains(&threshold);
+        check("dispatch.rebalance_threshold", threshold, fits, || "1 to 1000".into())?;
+        range("dispatch.rebalance_cycles", dispatch.rebalance_cycles, 0..=1_000_000)?;
+        range("dispatch.host_cycles_per_command", dispatch.host_cycles_per_command, 0..=1_000_000_000)?;
         range("clusters.count", self.clusters.count, 1..=16)?;
         range("clusters.modules", self.clusters.modules, 1..=4)?;
         range("clusters.ctus_per_icu", self.clusters.ctus_per_icu, 1..=16)?;
         range("clusters.bundle_slots", self.clusters.bundle_slots, 1..=16)?;
+        // In shells a bundle, and so its slot, belongs to one module.
+        let (slots, modules) = (self.clusters.bundle_slots, self.clusters.modules);
+        check("clusters.bundle_slots", slots, !self.partition.is_shells() || slots >= modules, || {
+            format!("at least one per module ({modules}) with a partition in shells: a bundle is one module's")
+        })?;
+        check("shells.prefetch", self.shells.prefetch, !self.shells.prefetch || self.partition.is_shells(), || {
+            "false with partition = \"grid\", which has no next shell".into()
+        })?;
         range("ctu.contexts", self.ctu.contexts, 1..=64)?;
         range("ctu.initiation_interval", self.ctu.initiation_interval, 1..=4096)?;
         range("ctu.depth", self.ctu.depth, 1..=4096)?;
         range("loader.slots", self.loader.slots, 1..=32)?;
+        range("icu.cordic_bits", self.icu.cordic_bits, 4..=64)?;
+        let (unit, fixed) = (self.division.unit, self.icu.unit == IcuUnit::FixedPipelined);
+        check("icu.unit", format!("{:?}", self.icu.unit), fixed || unit == DivisionUnit::InPipeline, || {
+            "fixed-pipelined with a division unit named in [division]: the others divide in their own way".into()
+        })?;
         range("icu.initiation_interval", self.icu.initiation_interval, 1..=4096)?;
         range("icu.depth", self.icu.depth, 1..=4096)?;
         self.division.validate(&self.formats)?;
@@ -133,6 +157,8 @@ impl BoardSpec {
         let (patch, list) = (&self.patch_cache, &self.list_cache);
         cache("patch_cache", patch.bytes, patch.ways, patch.miss_registers)?;
         cache("list_cache", list.bytes, list.ways, list.miss_registers)?;
+        let mask = &self.mask_cache;
+        cache("mask_cache", mask.bytes, mask.ways, mask.miss_registers)?;
         cache_shape("cluster_buffer", self.cluster_buffer.bytes, self.cluster_buffer.ways)?;
         range("cluster_buffer.cycles", self.cluster_buffer.cycles, 1..=4096)?;
         range("cluster_buffer.miss_registers", self.cluster_buffer.miss_registers, 1..=64)?;
@@ -161,6 +187,20 @@ impl BoardSpec {
         check("bus.burst_bytes", burst, fits, || {
             format!("a multiple of the bus word, {word} bytes, from {MIN_BURST_BYTES} B to 1 MiB")
         })?;
+        let e = &self.energy;
+        for (name, pj) in [
+            ("test_pj", e.test_pj),
+            ("step_pj", e.step_pj),
+            ("cache_pj", e.cache_pj),
+            ("buffer_pj", e.buffer_pj),
+            ("dram_line_pj", e.dram_line_pj),
+            ("dram_row_pj", e.dram_row_pj),
+            ("bus_byte_pj", e.bus_byte_pj),
+            ("block_cycle_pj", e.block_cycle_pj),
+        ] {
+            let fits = pj.is_finite() && (0.0..=1e9).contains(&pj);
+            check(&format!("energy.{name}"), pj, fits, || "0 to 10^9 pJ".into())?;
+        }
         range("bus.arbitration_cycles", self.bus.arbitration_cycles, 0..=4096)?;
         range("bus.dma_setup_cycles", self.bus.dma_setup_cycles, 0..=1_000_000)?;
         range("bus.interrupt_cycles", self.bus.interrupt_cycles, 0..=1_000_000)?;
@@ -181,7 +221,14 @@ mod tests {
             ("clock_mhz = nan", "clock_mhz = NaN"),
             ("[patch_cache]\nbytes = 100\nways = 2\nmiss_registers = 2", "patch_cache.bytes = 100"),
             ("[formats]\ncoord_frac_bits = 29", "formats.coord_frac_bits = 29"),
-            ("partition = \"shells\"", "line 1, column 13"),
+            ("partition = \"rings\"", "line 1, column 13"),
+            ("[shells]\ncells = 0", "shells.cells = 0: expected 1 to 64"),
+            ("[shells]\nentries = 257", "shells.entries = 257"),
+            ("partition = \"grid\"\n[shells]\nprefetch = true", "shells.prefetch = true: expected false with"),
+            ("[dispatch]\nrebalance_threshold = 0.9", "dispatch.rebalance_threshold = 0.9: expected 1 to 1000"),
+            ("[clusters]\nmodules = 4\nbundle_slots = 3", "clusters.bundle_slots = 3: expected at least one per module (4)"),
+            ("[icu]\nunit = \"cordic-serial\"\n[division]\nunit = \"newton\"", "icu.unit"),
+            ("[energy]\ntest_pj = -1", "energy.test_pj = -1"),
             ("grid_log2 = 8", "grid_log2 = 8: expected 1 to 7"),
             ("[dram]\nwidth_bits = 24", "dram.width_bits = 24"),
             ("[bus]\nburst_bytes = 6", "bus.burst_bytes = 6"),
@@ -191,7 +238,7 @@ mod tests {
             ("[bus]\nclock_mhz = 0.02", "bus.clock_mhz = 0.02"),
             ("[bus]\nclock_mhz = 26000", "bus.clock_mhz = 26000"),
             ("watchdog_cycles = 40", "watchdog_cycles = 40: expected 1"),
-            ("watchdog_cycles = 4000\n[dram]\nrow_hit_cycles = 4096", "watchdog_cycles = 4000: expected 4"),
+            ("watchdog_cycles = 4500\n[dram]\nrow_hit_cycles = 4096", "watchdog_cycles = 4500: expected 4"),
         ];
         for (text, expected) in cases {
             let message = BoardSpec::from_toml(text).expect_err(text).to_string();

@@ -1,6 +1,9 @@
 //! The board without time: the datapath in a loop. The cycle model must retire exactly these answers and counts.
 //!
 //! ```text
+//! command.rs: a command's rays and bundles, the low-resolution cast first  --> answers, canonical counters
+//!   grid, a ray by itself: here                shells, a bundle: shells.rs
+//!
 //! origin's cell -> list entries in order -> (not in mailbox) test -> nearest hit -> cell done: ends, or next cell
 //! ```
 //! Canonical order of events in grid partition: a cell is entered; every entry of its list is read; an entry that the
@@ -13,6 +16,11 @@ use crate::datapath::ray_patch::intersect;
 use crate::datapath::{HitWords, PatchWords, RayWords};
 use crate::memory_image::MemoryImage;
 
+mod command;
+mod shells;
+
+pub use command::{centre_ray, low_resolution_jobs, trace_command};
+pub use shells::{BundleTrace, ShellTracer};
 pub use crate::datapath::mailbox::MAILBOX_ENTRIES;
 
 /// The canonical counters: functions of scene, formats, grid and rays alone, equal for every timing choice.
@@ -30,9 +38,50 @@ pub struct CanonicalCounters {
     pub tests: u64,
     /// Rays that hit.
     pub hits: u64,
+    /// The low-resolution cast that finds the static partition; none of it is in the counts above.
+    pub low_resolution: LowResolutionWork,
+}
+
+/// What the rays of low-resolution casts did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct LowResolutionWork {
+    /// Rays cast.
+    pub rays: u64,
+    /// Cells entered.
+    pub cells: u64,
+    /// Cell-list entries read.
+    pub list_entries: u64,
+    /// Ray x patch tests.
+    pub tests: u64,
 }
 
 impl CanonicalCounters {
+    /// Each counter with its counterpart.
+    pub fn combine(&self, other: &CanonicalCounters, f: impl Fn(u64, u64) -> u64) -> CanonicalCounters {
+        let (a, b) = (&self.low_resolution, &other.low_resolution);
+        CanonicalCounters {
+            bundles: f(self.bundles, other.bundles),
+            rays: f(self.rays, other.rays),
+            cells: f(self.cells, other.cells),
+            list_entries: f(self.list_entries, other.list_entries),
+            tests: f(self.tests, other.tests),
+            hits: f(self.hits, other.hits),
+            low_resolution: LowResolutionWork {
+                rays: f(a.rays, b.rays),
+                cells: f(a.cells, b.cells),
+                list_entries: f(a.list_entries, b.list_entries),
+                tests: f(a.tests, b.tests),
+            },
+        }
+    }
+
+    /// The same work as that of a low-resolution cast.
+    pub fn as_low_resolution(&self) -> CanonicalCounters {
+        let CanonicalCounters { rays, cells, list_entries, tests, .. } = *self;
+        let low_resolution = LowResolutionWork { rays, cells, list_entries, tests };
+        CanonicalCounters { low_resolution, ..CanonicalCounters::default() }
+    }
+
     /// Adds one traced ray.
     pub fn count(&mut self, trace: &RayTrace) {
         self.rays += 1;
@@ -99,5 +148,4 @@ pub fn trace_observed(
 }
 
 #[cfg(test)]
-#[path = "functional_tests.rs"]
 mod tests;

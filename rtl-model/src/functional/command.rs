@@ -1,0 +1,84 @@
+//! A whole command without time: what the board must answer and count for it.
+//!
+//! ```text
+//! rays (in chunks of 64) | bundles --low-resolution rays first--> grid: trace | shells: ShellTracer --> hits, counters
+//! ```
+
+use crate::board::Work;
+use crate::datapath::{HitWords, RayWords};
+use crate::fixed::Formats;
+use crate::memory_image::MemoryImage;
+use crate::packet::MAX_BUNDLE_RAYS;
+use crate::spec::{BoardSpec, Partition};
+
+use super::{CanonicalCounters, ShellTracer, trace};
+
+/// The jobs of a command of `n_jobs` whose centre ray is cast first: every so many of them, none of a short command.
+pub fn low_resolution_jobs(spec: &BoardSpec, n_jobs: usize) -> impl Iterator<Item = usize> + use<> {
+    let every = crate::fixed::index(spec.dispatch.low_resolution_every.max(1));
+    let wanted = spec.partition == Partition::ShellsStatic
+        && n_jobs >= crate::fixed::index(spec.dispatch.low_resolution_min_bundles);
+    (0..if wanted { n_jobs } else { 0 }).step_by(every)
+}
+
+/// The ray of a job that its low-resolution cast follows.
+///
+/// # Panics
+/// When the command has no such job.
+pub fn centre_ray(work: Work<'_>, formats: &Formats, job: usize) -> RayWords {
+    match work {
+        Work::Rays(rays) => {
+            let first = job * MAX_BUNDLE_RAYS;
+            rays[first + (rays.len() - first).min(MAX_BUNDLE_RAYS) / 2]
+        }
+        Work::Bundles(bundles) => bundles[job].ray(formats, bundles[job].n_rays() / 2),
+    }
+}
+
+/// Answers a command by the partition of `spec`: a hit per ray in ray order, and the canonical counters.
+pub fn trace_command(
+    spec: &BoardSpec,
+    image: &MemoryImage,
+    work: Work<'_>,
+    any_hit: bool,
+) -> (Vec<Option<HitWords>>, CanonicalCounters) {
+    let jobs: Vec<Vec<RayWords>> = match work {
+        Work::Rays(rays) => rays.chunks(MAX_BUNDLE_RAYS).map(<[_]>::to_vec).collect(),
+        Work::Bundles(bundles) => bundles
+            .iter()
+            .map(|bundle| (0..bundle.n_rays()).map(|i| bundle.ray(&image.formats, i)).collect())
+            .collect(),
+    };
+    let mut counters = CanonicalCounters::default();
+    if let Work::Bundles(bundles) = work {
+        counters.bundles = bundles.len() as u64;
+    }
+    let mut hits = Vec::new();
+    let mut tracer = ShellTracer::new(image, &spec.shells);
+    let mut job = |rays: &[RayWords]| match spec.partition {
+        Partition::Grid => {
+            let mut work = CanonicalCounters::default();
+            let hits = rays.iter().map(|ray| {
+                let traced = trace(image, ray, any_hit);
+                work.count(&traced);
+                traced.hit
+            });
+            (hits.collect(), work)
+        }
+        Partition::Shells | Partition::ShellsStatic => {
+            let traced = tracer.trace(rays, any_hit);
+            (traced.hits, traced.work)
+        }
+    };
+    let sum = |a: u64, b: u64| a + b;
+    for number in low_resolution_jobs(spec, jobs.len()) {
+        let (_, work): (Vec<_>, _) = job(&[centre_ray(work, &image.formats, number)]);
+        counters = counters.combine(&work.as_low_resolution(), sum);
+    }
+    for rays in &jobs {
+        let (answers, work): (Vec<_>, _) = job(rays);
+        hits.extend(answers);
+        counters = counters.combine(&work, sum);
+    }
+    (hits, counters)
+}
