@@ -12,6 +12,8 @@ pub mod geom;
 
 mod sampling;
 
+pub mod generate;
+
 pub mod scene;
 
 pub mod mesh;

@@ -10,7 +10,8 @@ mod place;
 
 use place::{Place, scene};
 
-const SUBCOMMANDS: [&str; 7] = ["render", "solve", "probe", "simulate", "verify", "compare", "info"];
+const SUBCOMMANDS: [&str; 8] =
+    ["render", "solve", "probe", "simulate", "verify", "compare", "info", "generate"];
 
 fn write_exr(place: &Place, name: &str, pixels: Vec<Rgb>) {
     let film = Film::from_pixels(pixels.len(), 1, pixels);
@@ -391,4 +392,39 @@ fn scene_wound_the_other_way_warns_on_stderr() {
         );
         assert!(!run.stdout.contains("Wound"), "{}", run.stdout);
     }
+}
+
+#[test]
+fn generated_scene_is_read_by_info_and_replaced_only_by_force() {
+    let place = Place::new();
+    for kind in ["random-patches", "furnished-room", "segments-2d"] {
+        let command = ["generate", kind, "--count", "3", "-o", "a.toml", "--force"];
+        let text = place.exits(0, &command).stdout;
+        assert!(text.contains("a.toml: ") && text.contains(kind), "{text}");
+        let info = place.exits(0, &["info", "a.toml"]);
+        assert!(info.stdout.contains("camera     eye") && info.stderr.is_empty(), "{}", info.stderr);
+    }
+    let file = || std::fs::read(place.path("a.toml")).unwrap();
+    let before = file();
+    place.refused(&["generate", "random-patches", "--count", "3", "-o", "a.toml"], "--force replaces it");
+    assert_eq!(file(), before);
+    place.exits(0, &["generate", "segments-2d", "--count", "3", "--seed", "1", "-o", "b.toml"]);
+    assert_eq!(std::fs::read(place.path("b.toml")).unwrap(), before);
+}
+
+#[test]
+fn generate_with_a_count_or_a_name_that_cannot_be_is_refused() {
+    let place = Place::new();
+    let refused = |kind: &str, count: &str, output: &str, expected: &str| {
+        place.refused(&["generate", kind, "--count", count, "-o", output], expected);
+    };
+    refused("random-patches", "0", "a.toml", "0 is not in 1..=100000");
+    refused("random-patches", "100001", "a.toml", "100001 is not in 1..=100000");
+    refused("random-patches", "-1", "a.toml", "-1 is not in 1..=100000");
+    refused("furnished-room", "1001", "a.toml", "--count 1001: expected 1 to 1000 for furnished-room");
+    refused("segments-2d", "10001", "a.toml", "--count 10001: expected 1 to 10000 for segments-2d");
+    refused("spheres", "10", "a.toml", "random-patches, furnished-room, segments-2d");
+    refused("random-patches", "10", "a.json", "expected a name that ends in .toml");
+    refused("random-patches", "10", "none/a.toml", "does not exist");
+    place.refused(&["generate", "random-patches", "-o", "a.toml"], "--count");
 }

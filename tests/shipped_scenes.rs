@@ -53,7 +53,7 @@ fn volume_and_area(polygons: &[(String, Vec<DVec3>)]) -> (f64, DVec3) {
 #[test]
 fn shipped_scenes_all_load_with_a_camera_and_without_warnings() {
     let all = shipped();
-    assert!(all.len() >= 8, "{all:?}");
+    assert!(all.len() >= 10, "{all:?}");
     for (name, path) in all {
         let scene = Scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
         assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);

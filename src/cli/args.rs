@@ -15,6 +15,8 @@ const MAX_SIDE: i64 = 32_768;
 const MAX_THREADS: i64 = 1024;
 /// Most rays of a verification.
 const MAX_RAYS: i64 = 100_000_000;
+/// Largest count of any kind of generated scene; each kind has its own.
+const MAX_COUNT: i64 = 100_000;
 
 /// A two-pass radiosity renderer whose rays are cast in software or by an emulated board of 1990-92.
 #[derive(Debug, Parser)]
@@ -57,6 +59,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Show a scene or a board, resolved, with sizes and memory
     Info(InfoArgs),
+    /// Make a scene file for an experiment: random patches, a furnished room, a two-dimensional world
+    Generate(GenerateArgs),
 }
 
 /// Who answers the rays.
@@ -392,6 +396,44 @@ pub struct InfoArgs {
     /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
+}
+
+/// What to generate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum KindArg {
+    /// Two-sided parallelograms of random place, size and orientation in a closed room; up to 100,000
+    RandomPatches,
+    /// A room with tables, chairs, shelves and cupboards under ceiling lamps; up to 1,000 pieces
+    FurnishedRoom,
+    /// Random segments of the unit square, extruded along z: rays in the middle plane see two dimensions; up to 10,000
+    #[value(name = "segments-2d")]
+    Segments2d,
+}
+
+/// `radeng generate`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng generate random-patches --count 500 -o patches.toml
+  radeng generate furnished-room --count 12 --seed 3 -o room.toml && radeng render room.toml
+  radeng generate segments-2d --count 100 -o flat.toml --force
+
+Equal kind, count and seed make equal bytes. The file's first lines name the command that makes it again.")]
+pub struct GenerateArgs {
+    /// What to make
+    #[arg(value_enum)]
+    pub kind: KindArg,
+    /// How many patches, pieces of furniture or segments
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_COUNT))]
+    pub count: u32,
+    /// Seed of everything that is random
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
+    pub seed: u64,
+    /// Scene file to write
+    #[arg(short, long = "output", value_name = "FILE.toml")]
+    pub output: PathBuf,
+    /// Replace the file when there is one
+    #[arg(long)]
+    pub force: bool,
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 pub mod args;
 mod compare;
 mod error;
+mod generate;
 mod given;
 mod info;
 pub mod plan;
@@ -56,5 +57,6 @@ pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
+        Command::Generate(args) => generate::run(args),
     }
 }
