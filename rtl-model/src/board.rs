@@ -11,22 +11,21 @@
 
 use crate::answers::{Answers, Live};
 use crate::blocks::{
-    Cluster, ClusterIo, Dispatcher, DispatcherIo, FetchRequest, HostLink, HostLinkIo, HostPort, Job, ResultEntry,
-    Run,
+    Cluster, ClusterIo, Dispatcher, DispatcherIo, FetchRequest, HostLink, HostLinkIo, HostPort, Job,
+    ResultEntry, Run,
 };
 use crate::datapath::bundle::{BundleError, BundleWords};
 use crate::datapath::{HitWords, RayError, RayWords};
-use crate::functional::{CanonicalCounters, low_resolution_jobs};
+use crate::functional::{CanonicalCounters, centre_rays};
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
 use crate::packet::{self, MAX_BUNDLE_RAYS};
 use crate::sim::{
-    Accounts, Activity, CommandMark, Cycle, Directory, EventKind, EventLog, EventSink, Fifo, LinkState, Observer,
-    Silent,
+    Accounts, Activity, CommandMark, Cycle, Directory, EventKind, EventLog, EventSink, Fifo, LinkState,
+    Observer, Silent,
 };
 use crate::spec::{BoardSpec, MemoryLevels, SpecError};
 use crate::statistics::{BoardStatistics, LevelStatistics};
-
 
 /// The blocks outside the clusters, by the index of their account.
 const SHARED_BLOCKS: [&str; 3] = ["host_link", "dispatcher", "dram"];
@@ -315,19 +314,16 @@ impl Board {
         let mark = |mark: CommandMark| (EventKind::Command, 0, mark as u32);
         let mut tell = |now, (kind, place, payload)| observer.event(now, kind, place, payload);
         tell(self.now, mark(if any_hit { CommandMark::Any } else { CommandMark::Nearest }));
-        let low: Vec<Job> = low_resolution_jobs(&self.spec, command.jobs.len())
-            .map(|number| {
-                let job = command.jobs[number];
-                let offset = job.n_rays / 2;
-                Job { first_ray: job.first_ray + offset, n_rays: 1, offset, low_resolution: true, ..job }
-            })
-            .collect();
-        let estimated = !low.is_empty();
+        let centres = centre_rays(&self.spec, work, command.jobs.len());
+        let estimated = !centres.is_empty();
         if estimated {
             tell(self.now, mark(CommandMark::LowResolution));
+            let (mut jobs, _) = self.jobs(Work::Rays(&centres))?;
+            jobs.iter_mut().for_each(|job| job.low_resolution = true);
             let every = self.spec.dispatch.low_resolution_every as usize;
-            self.dispatcher.start_low_resolution(&command.jobs, low.len(), every);
-            let mut cast = Command { work, any_hit, jobs: low, n_rays: 0, delivered: Vec::new() };
+            self.dispatcher.start_low_resolution(&command.jobs, &jobs, every);
+            let work = Work::Rays(&centres);
+            let mut cast = Command { work, any_hit, jobs, n_rays: 0, delivered: Vec::new() };
             self.clock(&mut cast, answers, observer)?;
         }
         observer.event(self.now, EventKind::Command, 0, CommandMark::Bundles as u32);
@@ -402,11 +398,8 @@ impl Board {
 
     #[inline]
     fn tick_dispatcher<O: Observer>(&mut self, command: &Command<'_>, observer: &mut O) -> bool {
-        let io = DispatcherIo {
-            jobs: &command.jobs,
-            clusters: &mut self.host_ports,
-            fetches: &mut self.fetches,
-        };
+        let io =
+            DispatcherIo { jobs: &command.jobs, clusters: &mut self.host_ports, fetches: &mut self.fetches };
         let activity = self.dispatcher.tick(self.now, io, observer);
         self.accounts.record(self.now, DISPATCHER, activity, false, observer);
         activity == Activity::Work

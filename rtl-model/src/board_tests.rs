@@ -10,8 +10,8 @@ use crate::fixed::division::DividerForm;
 use crate::functional;
 use crate::sim::Cause;
 use crate::spec::{
-    ClusterBufferSpec, ClusterSpec, DispatchSpec, DivisionSpec, DivisionUnit, DramSpec, ListCacheSpec, MaskCacheSpec,
-    MemoryLevels, Partition, PatchCacheSpec, PatchLayout, Scheduling, ShellGrowth, ShellSpec,
+    ClusterBufferSpec, ClusterSpec, DispatchSpec, DivisionSpec, DivisionUnit, DramSpec, ListCacheSpec,
+    MaskCacheSpec, MemoryLevels, Partition, PatchCacheSpec, PatchLayout, Scheduling, ShellGrowth, ShellSpec,
 };
 
 /// A small deterministic generator: 31 random bits a call.
@@ -394,8 +394,14 @@ fn minimal_board_with_one_ray_and_one_patch_takes_the_cycles_counted_by_hand() {
     let hits = board.trace_nearest(Work::Rays(&[ray])).unwrap();
     assert_eq!(hits[0].map(|hit| (hit.patch, hit.t)), Some((0, 1 << (spec.formats.t_frac_bits - 1))));
     let statistics = board.statistics();
-    let canonical =
-        CanonicalCounters { rays: 1, cells: 1, list_entries: 1, tests: 1, hits: 1, ..CanonicalCounters::default() };
+    let canonical = CanonicalCounters {
+        rays: 1,
+        cells: 1,
+        list_entries: 1,
+        tests: 1,
+        hits: 1,
+        ..CanonicalCounters::default()
+    };
     assert_eq!(statistics.canonical, canonical);
     let statistics = board.statistics();
     let by_hand: u64 = WORKED_EXAMPLE.iter().map(|(_, cycles)| cycles).sum();

@@ -7,9 +7,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use rtl_model::board::{BoardError, Work};
-use rtl_model::datapath::{HitWords, RayWords};
+use rtl_model::datapath::HitWords;
 use rtl_model::fixed::Formats;
-use rtl_model::functional::{CanonicalCounters, centre_ray, low_resolution_jobs, trace_command};
+use rtl_model::functional::{CanonicalCounters, centre_rays, trace_command};
 use rtl_model::memory_image::MemoryImage;
 use rtl_model::packet::MAX_BUNDLE_RAYS;
 use rtl_model::spec::{BoardSpec, Partition};
@@ -60,8 +60,7 @@ impl FunctionalCaster {
         extra_points: &[DVec3],
     ) -> Result<FunctionalCaster, CastError> {
         let (quantizer, image) = quantized::load(spec, patches, extra_points)?;
-        let tracer =
-            FunctionalTracer { spec: spec.clone(), image, counters: CanonicalCounters::default() };
+        let tracer = FunctionalTracer { spec: spec.clone(), image, counters: CanonicalCounters::default() };
         Ok(FunctionalCaster { quantizer, tracer })
     }
 
@@ -114,7 +113,8 @@ impl FunctionalTracer {
         };
         let (pieces, n_jobs): (Vec<_>, _) = match work {
             Work::Rays(rays) => {
-                let pieces = rays.par_chunks(JOBS_AT_ONCE * MAX_BUNDLE_RAYS).map(|rays| trace(Work::Rays(rays)));
+                let pieces =
+                    rays.par_chunks(JOBS_AT_ONCE * MAX_BUNDLE_RAYS).map(|rays| trace(Work::Rays(rays)));
                 (pieces.collect(), rays.len().div_ceil(MAX_BUNDLE_RAYS))
             }
             Work::Bundles(bundles) => {
@@ -122,9 +122,8 @@ impl FunctionalTracer {
                 (pieces.collect(), bundles.len())
             }
         };
-        let jobs: Vec<usize> = low_resolution_jobs(spec, n_jobs).collect();
-        let centres: Vec<RayWords> = jobs.iter().map(|job| centre_ray(work, &image.formats, *job)).collect();
-        let low: Vec<_> = centres.par_iter().map(|ray| trace(Work::Rays(std::slice::from_ref(ray)))).collect();
+        let centres = centre_rays(spec, work, n_jobs);
+        let low: Vec<_> = centres.par_chunks(MAX_BUNDLE_RAYS).map(|rays| trace(Work::Rays(rays))).collect();
         for (_, work) in &low {
             self.counters = self.counters.combine(&work.as_low_resolution(), sum);
         }

@@ -6,7 +6,7 @@
 //! ```
 //! A bundle starts when a slot of the result merge is free (resource). In grid partition rays go round the CTUs; in shells
 //! slot s belongs to module s mod M, and all its rays go to that module's shell tracker. No room: output full. The
-//! formulas are `datapath::bundle`. Of a low-resolution job only the centre ray is made.
+//! formulas are `datapath::bundle`.
 //! Timing: a cycle to take a descriptor, then a ray a cycle.
 //! Source: 1992 board paper ("bundle"); timing ASSUMED.
 
@@ -97,7 +97,7 @@ impl BundleGenerator {
         let (work, formats) = (run.work, &run.image.formats);
         let words = run.answers.ray(run.at(ray), || match work {
             Work::Rays(rays) => rays[(job.first_ray + next) as usize],
-            Work::Bundles(bundles) => bundles[job.index as usize].ray(formats, (job.offset + next) as usize),
+            Work::Bundles(bundles) => bundles[job.index as usize].ray(formats, next as usize),
         });
         io.store.start(ray, words);
         io.rays[link].send(now, NewRay { ray, n_rays: job.n_rays as u8 }, run.observer);

@@ -203,7 +203,7 @@ impl Cluster {
                 };
                 let io = ShellTrackerIo {
                     rays: &mut self.rays[m],
-                    store: &self.store,
+                    store: &mut self.store,
                     requests: &mut front.requests,
                     visits: &mut front.visits,
                     entries: &mut front.entries,
@@ -243,7 +243,8 @@ impl Cluster {
             Part::Loader { module: m } => {
                 let m = usize::from(m);
                 let module = &mut self.modules[m];
-                let [list_misses, patch_misses, mask_misses] = &mut self.misses[CACHES * m..][..CACHES] else {
+                let [list_misses, patch_misses, mask_misses] = &mut self.misses[CACHES * m..][..CACHES]
+                else {
                     unreachable!("three caches a module")
                 };
                 let [list_fill, patch_fill, mask_fill] = &self.fills[CACHES * m..][..CACHES] else {

@@ -27,8 +27,6 @@ struct Context {
     ray: RayRef,
     cell: Cell,
     best: Option<HitWords>,
-    /// Cells entered and tests made.
-    cost: u32,
     /// Not yet in its first cell.
     entering: bool,
     /// No cell request made yet.
@@ -95,7 +93,6 @@ impl Ctu {
             ray: RayRef::default(),
             cell: Cell([0; 3]),
             best: None,
-            cost: 0,
             entering: false,
             fresh: false,
             list_done: false,
@@ -138,7 +135,6 @@ impl Ctu {
             let context = &mut self.contexts[usize::from(done.context)];
             context.list_done = true;
             context.outstanding += done.tests.cast_signed();
-            context.cost += done.tests;
             run.observer.ray(now, run.block, context.ray, Phase::Loading, Phase::Away);
             self.wake(done.context);
         }
@@ -219,8 +215,8 @@ impl Ctu {
                 if !ends.can_push(now) {
                     return false;
                 }
-                let (ray, cost) = (context.ray, context.cost);
-                ends.send(now, RayEnd { ray, n_rays: 1, cost }, run.observer);
+                let ray = context.ray;
+                ends.send(now, RayEnd { ray, n_rays: 1 }, run.observer);
                 run.observer.ray(now, run.block, ray, Phase::Stepping, Phase::Returning);
                 self.free |= 1 << id;
             }
@@ -241,7 +237,6 @@ impl Ctu {
             ray,
             cell: Cell([0; 3]),
             best: None,
-            cost: 0,
             entering: true,
             fresh: true,
             list_done: false,
@@ -273,7 +268,6 @@ impl Context {
         });
         let Step::Enter(cell) = step else { return Outcome::End };
         self.cell = cell;
-        self.cost += 1;
         run.counters.cells += 1;
         if image.is_occupied(cell) { Outcome::Request } else { Outcome::Again }
     }

@@ -5,8 +5,8 @@
 //!     static: a range per cluster | pseudo-dynamic: cut anew when it pays | ideal: first cluster with room
 //!                                                                       --FetchRequest--> host link
 //! ```
-//! With partition `shells+static` the centre ray of every n-th bundle is cast first; its cells + tests, times the bundle's
-//! rays, estimate that bundle and the n - 1 that follow. Without, a bundle's rays do. Bundles in issue order are then cut
+//! With partition `shells+static` the centre ray of every n-th bundle is cast first, 64 of them together as explicit rays;
+//! its cells + tests, times the bundle's rays, estimate that bundle and the n - 1 that follow. Without, a bundle's rays do. Bundles in issue order are then cut
 //! by prefix sums. Pseudo-dynamic: when a cluster's range has become empty and max/mean of the remaining estimates is
 //! above the threshold, dispatch pauses `rebalance_cycles` and all that is not yet dispatched is cut anew; the first cut
 //! after a low-resolution cast takes as long.
@@ -100,12 +100,12 @@ impl Dispatcher {
         }
     }
 
-    /// Takes the low-resolution cast of a command with these jobs: `n_rays` jobs of a ray, one for every `every` bundles.
-    pub fn start_low_resolution(&mut self, jobs: &[Job], n_rays: usize, every: usize) {
+    /// Takes the low-resolution cast `cast` of a command with these jobs: a ray for every `every` bundles.
+    pub fn start_low_resolution(&mut self, jobs: &[Job], cast: &[Job], every: usize) {
         self.estimates = jobs.iter().map(|job| u64::from(job.n_rays)).collect();
         self.every = every;
-        self.awaited = n_rays;
-        self.deal(n_rays);
+        self.awaited = cast.iter().map(|job| job.n_rays as usize).sum();
+        self.deal(cast.len());
     }
 
     /// Takes a command's bundles; `estimated` when a low-resolution cast came before.
@@ -145,7 +145,8 @@ impl Dispatcher {
             for job in range {
                 let estimate = self.estimates[job];
                 // The cluster in whose share the job's middle lies.
-                let cluster = if total == 0 { 0 } else { ((2 * sum + estimate) * n / (2 * total)).min(n - 1) };
+                let cluster =
+                    if total == 0 { 0 } else { ((2 * sum + estimate) * n / (2 * total)).min(n - 1) };
                 sum += estimate;
                 let cluster = cluster as usize;
                 self.left[cluster] += estimate;
@@ -232,7 +233,7 @@ impl Dispatcher {
     ) -> bool {
         let taken = clusters.iter_mut().find_map(|port| port.estimates.take(now, observer));
         let Some(Estimate { index, cost }) = taken else { return false };
-        let first = index as usize;
+        let first = index as usize * self.every;
         let last = (first + self.every).min(self.estimates.len());
         for estimate in &mut self.estimates[first..last] {
             *estimate *= u64::from(cost.max(1));
@@ -327,15 +328,15 @@ mod tests {
     fn dispatcher_after_a_low_resolution_cast_cuts_where_the_estimates_say() {
         let jobs = jobs(8);
         let mut bench = Bench::new(Scheduling::Static);
-        bench.dispatcher.start_low_resolution(&jobs, 4, 2);
-        let low: Vec<Job> = (0..4).map(|i| Job { index: 2 * i, n_rays: 1, ..Job::default() }).collect();
+        let low: Vec<Job> = (0..2).map(|i| Job { index: i, n_rays: 2, ..Job::default() }).collect();
+        bench.dispatcher.start_low_resolution(&jobs, &low, 2);
         for now in 0..6 {
             bench.tick(now, &low);
         }
-        assert_eq!(bench.dealt, [[0], [2], [4], [6]], "centre rays, dealt in turn");
+        assert_eq!(bench.dealt, [vec![0], vec![1], vec![], vec![]], "centre rays, dealt in turn");
         // The first two bundles are nine times the work of each other pair: 9 9 1 1 1 1 1 1, mean 6.
         for (at, cost) in [9, 1, 1, 1].into_iter().enumerate() {
-            bench.clusters[at].estimates.push(6, Estimate { index: 2 * at as u32, cost });
+            bench.clusters[at].estimates.push(6, Estimate { index: at as u32, cost });
         }
         for now in 7..11 {
             assert_eq!(bench.tick(now, &low), Activity::Work);
@@ -343,7 +344,8 @@ mod tests {
         assert!(bench.dispatcher.is_quiet());
         bench.dispatcher.start(&jobs, true);
         bench.dealt.iter_mut().for_each(Vec::clear);
-        let stalls = (11..21).filter(|now| bench.tick(*now, &jobs) == Activity::Stall(Cause::Resource)).count();
+        let stalls =
+            (11..21).filter(|now| bench.tick(*now, &jobs) == Activity::Stall(Cause::Resource)).count();
         assert_eq!(stalls, 10, "the cut");
         for now in 21..40 {
             bench.tick(now, &jobs);

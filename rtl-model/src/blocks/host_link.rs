@@ -287,7 +287,8 @@ impl HostLink {
                 self.transfer = Some(Transfer::Down { request, bytes_left, burst_left });
             }
             Some(Transfer::Up { cluster, entries_left, entry, beats_left }) => {
-                let Some(entry) = entry.or_else(|| self.take_entry(now, &mut io.clusters[cluster], observer)) else {
+                let Some(entry) = entry.or_else(|| self.take_entry(now, &mut io.clusters[cluster], observer))
+                else {
                     self.transfer = Some(Transfer::Up { cluster, entries_left, entry: None, beats_left });
                     return Activity::Stall(Cause::Bus);
                 };

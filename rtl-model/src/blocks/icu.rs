@@ -250,7 +250,10 @@ mod tests {
         let (mut jobs, mut results) = (Fifo::new(2), Fifo::new(1));
         jobs.push(0, job(0b111));
         let stalls = (1..20)
-            .filter(|now| tick(&mut bench, &mut icu, *now, &mut jobs, &mut results) == Activity::Stall(Cause::OutputFull))
+            .filter(|now| {
+                tick(&mut bench, &mut icu, *now, &mut jobs, &mut results)
+                    == Activity::Stall(Cause::OutputFull)
+            })
             .count();
         assert!(stalls > 10, "{stalls}");
         let mut rays = Vec::new();

@@ -90,6 +90,8 @@ impl<A, O> Run<'_, A, O> {
 pub struct RayStore {
     words: Box<[RayWords]>,
     best: Box<[Option<HitWords>]>,
+    /// Cells entered in shells, and tests made.
+    cost: Box<[u32]>,
 }
 
 impl RayStore {
@@ -97,7 +99,11 @@ impl RayStore {
     pub fn new(n_slots: u32) -> Self {
         let n = n_slots as usize * MAX_BUNDLE_RAYS;
         let empty = RayWords { origin: [0; 3], dir: [0; 3], t_max: 0 };
-        RayStore { words: vec![empty; n].into_boxed_slice(), best: vec![None; n].into_boxed_slice() }
+        RayStore {
+            words: vec![empty; n].into_boxed_slice(),
+            best: vec![None; n].into_boxed_slice(),
+            cost: vec![0; n].into_boxed_slice(),
+        }
     }
 
     /// A new ray without a hit.
@@ -105,6 +111,19 @@ impl RayStore {
     pub fn start(&mut self, ray: RayRef, words: RayWords) {
         self.words[ray.place()] = words;
         self.best[ray.place()] = None;
+        self.cost[ray.place()] = 0;
+    }
+
+    /// Cells that it entered (in shells) and tests that it took part in.
+    #[inline]
+    pub fn cost(&self, ray: RayRef) -> u32 {
+        self.cost[ray.place()]
+    }
+
+    /// Counts a cell. (Adding does not mind whether it or the reducer comes first in a cycle.)
+    #[inline]
+    pub fn count_cell(&mut self, ray: RayRef) {
+        self.cost[ray.place()] += 1;
     }
 
     /// Its words.
@@ -119,11 +138,12 @@ impl RayStore {
         self.best[ray.place()]
     }
 
-    /// Takes another hit into account; the best one then.
+    /// Takes a test into account; the best hit then.
     #[inline]
     pub fn reduce(&mut self, ray: RayRef, hit: Option<HitWords>) -> Option<HitWords> {
         let best = &mut self.best[ray.place()];
         *best = HitWords::nearer(*best, hit);
+        self.cost[ray.place()] += 1;
         *best
     }
 }
@@ -137,18 +157,16 @@ pub struct Job {
     pub first_ray: u32,
     /// Its rays, 1 to 64.
     pub n_rays: u32,
-    /// Place of its first ray in the bundle: other than 0 for the centre ray of a low-resolution cast.
-    pub offset: u32,
-    /// A ray of a low-resolution cast: its work is wanted, not its hit.
+    /// Rays of a low-resolution cast: their work is wanted, not their hits.
     pub low_resolution: bool,
     /// Size of its descriptor on the bus (B).
     pub bytes: u32,
 }
 
-/// What the work on a bundle's centre ray came to.
+/// What the work on a ray of a low-resolution cast came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Estimate {
-    /// Which job.
+    /// Which ray of the cast.
     pub index: u32,
     /// Cells entered and tests made.
     pub cost: u32,
@@ -337,8 +355,6 @@ pub struct RayEnd {
     pub ray: RayRef,
     /// How many rays ended.
     pub n_rays: u8,
-    /// Cells entered and tests made for them.
-    pub cost: u32,
 }
 
 /// What one entry of the result queue brings to the host.

@@ -12,8 +12,8 @@ use crate::sim::{Cycle, Fifo, LinkState, Wire, Wires};
 use crate::spec::BoardSpec;
 
 use super::{
-    CellRequest, Ctu, EntryDone, Icu, IcuJob, ListDone, ListEntry, PatchLoader, Reduced, ShellCtu, ShellLoader,
-    ShellTracker, StepRequest, TestResult, Visit,
+    CellRequest, Ctu, EntryDone, Icu, IcuJob, ListDone, ListEntry, PatchLoader, Reduced, ShellCtu,
+    ShellLoader, ShellTracker, StepRequest, TestResult, Visit,
 };
 
 /// The parts before the ICU in grid partition.

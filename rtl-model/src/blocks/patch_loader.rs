@@ -18,7 +18,10 @@ use crate::datapath::cell_step::Cell;
 use crate::datapath::mailbox::Mailbox;
 use crate::memory::{LINE_WORDS, Line, Lookup, MemoryRequest, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, Wires, for_each_bit, next_in_turn, next_set_bit};
+use crate::sim::{
+    Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, Wires, for_each_bit, next_in_turn,
+    next_set_bit,
+};
 
 use super::{CellRequest, ContextId, IcuJob, ListDone, Run};
 
@@ -405,4 +408,3 @@ fn read_header(slot: &mut Slot, image: &MemoryImage) {
 fn read_line(slot: &mut Slot) {
     slot.in_line = slot.remaining.min(LINE_WORDS - slot.address % LINE_WORDS);
 }
-

@@ -41,7 +41,11 @@ impl Reducer {
         let best = io.store.reduce(ray, hit);
         run.observer.ray(now, run.block, ray, Phase::Reducing, Phase::Away);
         // In shells the context is 0, and so is the reader.
-        io.reduced.set(now, usize::from(context.ctu), Reduced { context: context.context, slot: ray.slot, best });
+        io.reduced.set(
+            now,
+            usize::from(context.ctu),
+            Reduced { context: context.context, slot: ray.slot, best },
+        );
         Activity::Work
     }
 }

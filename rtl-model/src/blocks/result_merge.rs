@@ -3,7 +3,7 @@
 //! ```text
 //! RayEnd links (grid: one per CTU, shells: one per module) --one a cycle, in turn--> [ bundle slots ]
 //! bundle ended --one entry a cycle, in ray order--> result FIFO (a hit record each, or one word of hit bits)
-//!              --low-resolution job: one entry--> estimate FIFO, to the dispatcher
+//!              --low-resolution job: a ray's work an entry--> estimate FIFO, to the dispatcher
 //! ```
 //! A slot is taken when the bundle generator starts a bundle and free again after its last entry is sent. Bundles leave
 //! one after the other in the order in which they ended.
@@ -23,8 +23,6 @@ struct Slot {
     pending: u32,
     /// Entries sent.
     sent: u32,
-    /// Cells and tests.
-    cost: u32,
 }
 
 /// The block.
@@ -84,7 +82,7 @@ impl ResultMerge {
         let started = io.started.get(now);
         if let Some((slot, job)) = started {
             self.taken |= 1 << slot;
-            self.slots[usize::from(slot)] = Slot { job, pending: job.n_rays, sent: 0, cost: 0 };
+            self.slots[usize::from(slot)] = Slot { job, pending: job.n_rays, sent: 0 };
         }
         let gathered = self.gather(now, io.ends, io.store, run);
         if drained == Some(true) || gathered || started.is_some() {
@@ -108,13 +106,12 @@ impl ResultMerge {
             return false;
         };
         self.turn = link + 1;
-        let Some(RayEnd { ray, n_rays, cost }) = ends[link].take(now, run.observer) else { return false };
+        let Some(RayEnd { ray, n_rays }) = ends[link].take(now, run.observer) else { return false };
         for i in 0..n_rays {
             let ray = RayRef { slot: ray.slot, index: ray.index + i };
             run.counters.hits += u64::from(store.best(ray).is_some());
         }
         let slot = &mut self.slots[usize::from(ray.slot)];
-        slot.cost += cost;
         slot.pending -= u32::from(n_rays);
         if slot.pending == 0 {
             self.ended.push_back(ray.slot);
@@ -133,16 +130,21 @@ impl ResultMerge {
         let id = *self.ended.front()?;
         let slot = &mut self.slots[usize::from(id)];
         let n = slot.job.n_rays;
+        let ray = |i: u32| RayRef { slot: id, index: i as u8 };
         if slot.job.low_resolution {
             if !host.estimates.can_push(now) {
                 return Some(false);
             }
-            host.estimates.send(now, Estimate { index: slot.job.index, cost: slot.cost }, run.observer);
+            let (index, cost) = (slot.job.first_ray + slot.sent, store.cost(ray(slot.sent)));
+            host.estimates.send(now, Estimate { index, cost }, run.observer);
+            slot.sent += 1;
+            if slot.sent < n {
+                return Some(true);
+            }
         } else {
             if !host.entries.can_push(now) {
                 return Some(false);
             }
-            let ray = |i: u32| RayRef { slot: id, index: i as u8 };
             let entry = if run.any_hit {
                 let bits = (0..n).fold(0, |bits, i| bits | u64::from(store.best(ray(i)).is_some()) << i);
                 ResultEntry::Any { first_ray: slot.job.first_ray, bits, n_rays: n }

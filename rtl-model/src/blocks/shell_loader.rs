@@ -24,9 +24,7 @@ use crate::memory::{
     LINE_WORDS, Line, Lookup, MaskCache, MaskLookup, MaskStore, MemoryRequest, ReadPort, Traffic,
 };
 use crate::memory_image::MemoryImage;
-use crate::sim::{
-    Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, for_each_bit, next_set_bit,
-};
+use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, for_each_bit, next_set_bit};
 
 use super::{EntryDone, IcuJob, ListEntry, Run};
 

@@ -27,9 +27,7 @@ use crate::packet::MAX_BUNDLE_RAYS;
 use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, Wires, next_set_bit};
 use crate::spec::ShellSpec;
 
-use super::{
-    EntryDone, ListEntry, NewRay, RayEnd, RayStore, Reduced, Run, StepRequest, Visit, VisitKind,
-};
+use super::{EntryDone, ListEntry, NewRay, RayEnd, RayStore, Reduced, Run, StepRequest, Visit, VisitKind};
 
 /// What a bundle waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +38,10 @@ enum State {
     /// Rays step.
     Walking,
     /// The table's entries go to the loader; `then` walking or waiting.
-    Sending { sent: u32, shell_over: bool },
+    Sending {
+        sent: u32,
+        shell_over: bool,
+    },
     /// The barrier.
     Waiting,
     /// The end is to be told.
@@ -75,8 +76,6 @@ struct Bundle {
     /// Cells in which rays will enter the next shell, to be prefetched; how many of them were sent and are not through.
     ahead: Vec<Cell>,
     prefetches_out: u32,
-    /// Cells and tests.
-    cost: u32,
 }
 
 /// The block.
@@ -105,7 +104,7 @@ pub struct ShellTrackerIo<'a> {
     /// Rays from the bundle generator.
     pub rays: &'a mut Fifo<NewRay>,
     /// Their best hits.
-    pub store: &'a RayStore,
+    pub store: &'a mut RayStore,
     /// To the CTUs.
     pub requests: &'a mut [Fifo<StepRequest>],
     /// From the CTUs.
@@ -152,7 +151,6 @@ impl ShellTracker {
             tests_out: 0,
             ahead: Vec::new(),
             prefetches_out: 0,
-            cost: 0,
         };
         ShellTracker {
             spec: *spec,
@@ -203,7 +201,7 @@ impl ShellTracker {
         if walking != 0 {
             self.ask_for_steps(now, walking, io.requests, run, &mut done);
         }
-        self.take_visits(now, io.visits, run, &mut done);
+        self.take_visits(now, io.visits, io.store, run, &mut done);
         self.take_ray(now, io.rays, io.store, run, &mut done);
         if done.worked {
             Activity::Work
@@ -240,7 +238,6 @@ impl ShellTracker {
             } else {
                 bundle.entries_out -= 1;
                 bundle.tests_out += tests.cast_signed();
-                bundle.cost += tests;
             }
             done.worked = true;
         }
@@ -268,7 +265,6 @@ impl ShellTracker {
             bundle.n_rays = u32::from(n_rays);
             bundle.arrived = 0;
             bundle.shell = 0;
-            bundle.cost = 0;
             self.set_state(slot, State::Filling);
         }
         let bundle = &mut self.bundles[slot];
@@ -347,6 +343,7 @@ impl ShellTracker {
         &mut self,
         now: Cycle,
         visits: &mut [Fifo<Visit>],
+        store: &mut RayStore,
         run: &mut Run<'_, A, O>,
         done: &mut Done,
     ) {
@@ -374,7 +371,7 @@ impl ShellTracker {
             bundle.in_step &= !bit;
             match kind {
                 VisitKind::Empty | VisitKind::Occupied => {
-                    bundle.cost += 1;
+                    store.count_cell(ray);
                     bundle.cells[at] = cell;
                     if bundle.fresh & bit != 0 {
                         bundle.fresh &= !bit;
@@ -500,8 +497,8 @@ impl ShellTracker {
         }
         let slot = ending.trailing_zeros() as u8;
         let bundle = &self.bundles[usize::from(slot)];
-        let (n_rays, cost) = (bundle.n_rays as u8, bundle.cost);
-        io.ends.send(now, RayEnd { ray: RayRef { slot, index: 0 }, n_rays, cost }, run.observer);
+        let n_rays = bundle.n_rays as u8;
+        io.ends.send(now, RayEnd { ray: RayRef { slot, index: 0 }, n_rays }, run.observer);
         io.over.set(now, slot);
         let all = u64::MAX >> (64 - bundle.n_rays);
         run.observer.rays(now, run.block, slot, all, Phase::Away, Phase::Returning);

@@ -131,10 +131,7 @@ impl SeenPatch {
         let (first_negative, first_positive) =
             (negative & first | (positive & 0b100), positive & first | (negative & 0b100));
         let second = 0b1_1100;
-        (first_negative != 0)
-            & (first_positive != 0)
-            & (negative & second != 0)
-            & (positive & second != 0)
+        (first_negative != 0) & (first_positive != 0) & (negative & second != 0) & (positive & second != 0)
     }
 
     /// The test in integers alone.

@@ -6,33 +6,26 @@
 
 use crate::board::Work;
 use crate::datapath::{HitWords, RayWords};
-use crate::fixed::Formats;
 use crate::memory_image::MemoryImage;
 use crate::packet::MAX_BUNDLE_RAYS;
 use crate::spec::{BoardSpec, Partition};
 
 use super::{CanonicalCounters, ShellTracer, trace};
 
-/// The jobs of a command of `n_jobs` whose centre ray is cast first: every so many of them, none of a short command.
-pub fn low_resolution_jobs(spec: &BoardSpec, n_jobs: usize) -> impl Iterator<Item = usize> + use<> {
+/// The rays of a command's low-resolution cast: the centre ray of every so many of its `n_jobs` jobs, none of a short
+/// command. They are traced as explicit rays, 64 together.
+pub fn centre_rays(spec: &BoardSpec, work: Work<'_>, n_jobs: usize) -> Vec<RayWords> {
     let every = crate::fixed::index(spec.dispatch.low_resolution_every.max(1));
     let wanted = spec.partition == Partition::ShellsStatic
         && n_jobs >= crate::fixed::index(spec.dispatch.low_resolution_min_bundles);
-    (0..if wanted { n_jobs } else { 0 }).step_by(every)
-}
-
-/// The ray of a job that its low-resolution cast follows.
-///
-/// # Panics
-/// When the command has no such job.
-pub fn centre_ray(work: Work<'_>, formats: &Formats, job: usize) -> RayWords {
-    match work {
+    let centre = |job: usize| match work {
         Work::Rays(rays) => {
             let first = job * MAX_BUNDLE_RAYS;
             rays[first + (rays.len() - first).min(MAX_BUNDLE_RAYS) / 2]
         }
-        Work::Bundles(bundles) => bundles[job].ray(formats, bundles[job].n_rays() / 2),
-    }
+        Work::Bundles(bundles) => bundles[job].ray(&spec.formats, bundles[job].n_rays() / 2),
+    };
+    (0..if wanted { n_jobs } else { 0 }).step_by(every).map(centre).collect()
 }
 
 /// Answers a command by the partition of `spec`: a hit per ray in ray order, and the canonical counters.
@@ -71,8 +64,8 @@ pub fn trace_command(
         }
     };
     let sum = |a: u64, b: u64| a + b;
-    for number in low_resolution_jobs(spec, jobs.len()) {
-        let (_, work): (Vec<_>, _) = job(&[centre_ray(work, &image.formats, number)]);
+    for rays in centre_rays(spec, work, jobs.len()).chunks(MAX_BUNDLE_RAYS) {
+        let (_, work): (Vec<_>, _) = job(rays);
         counters = counters.combine(&work.as_low_resolution(), sum);
     }
     for rays in &jobs {

@@ -19,9 +19,9 @@ use crate::memory_image::MemoryImage;
 mod command;
 mod shells;
 
-pub use command::{centre_ray, low_resolution_jobs, trace_command};
-pub use shells::{BundleTrace, ShellTracer};
 pub use crate::datapath::mailbox::MAILBOX_ENTRIES;
+pub use command::{centre_rays, trace_command};
+pub use shells::{BundleTrace, ShellTracer};
 
 /// The canonical counters: functions of scene, formats, grid and rays alone, equal for every timing choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

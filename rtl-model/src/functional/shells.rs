@@ -149,8 +149,7 @@ impl<'a> ShellTracer<'a> {
                         Some((apex, patch)) if apex == origin => patch,
                         _ => SeenPatch::new(&image.formats, origin, record),
                     };
-                    done.hits[at] =
-                        HitWords::nearer(done.hits[at], from.test(&image.formats, dir, t_max));
+                    done.hits[at] = HitWords::nearer(done.hits[at], from.test(&image.formats, dir, t_max));
                     seen = Some((origin, from));
                 }
             }

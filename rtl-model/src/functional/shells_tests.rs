@@ -92,7 +92,11 @@ fn row_of_walls(first_wall: i32) -> (MemoryImage, RayWords) {
         })
         .collect();
     let image = MemoryImage::build(&formats, &walls, Some(3));
-    let ray = RayWords { origin: [-one + cell / 4, cell / 4, cell / 4], dir: [one - 1, 0, 0], t_max: formats.t_limit() };
+    let ray = RayWords {
+        origin: [-one + cell / 4, cell / 4, cell / 4],
+        dir: [one - 1, 0, 0],
+        t_max: formats.t_limit(),
+    };
     (image, ray)
 }
 

@@ -138,7 +138,13 @@ impl ReadPort {
 
     /// Reads a line; on a miss asks the next level, if a register and the request FIFO allow.
     #[inline]
-    pub fn read<O: Observer>(&mut self, now: Cycle, line: Line, requests: &mut Fifo<MemoryRequest>, observer: &mut O) -> Lookup {
+    pub fn read<O: Observer>(
+        &mut self,
+        now: Cycle,
+        line: Line,
+        requests: &mut Fifo<MemoryRequest>,
+        observer: &mut O,
+    ) -> Lookup {
         if self.cache.lookup(line) {
             self.traffic.accesses += 1;
             return Lookup::Hit;

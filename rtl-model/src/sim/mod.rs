@@ -12,7 +12,8 @@ mod wire;
 
 pub use account::{Accounts, Activity, BlockAccount, Cause};
 pub use event::{
-    CommandMark, Directory, Event, EventKind, EventLog, EventSink, Move, Observer, Phase, RayRef, Silent, activity_of,
+    CommandMark, Directory, Event, EventKind, EventLog, EventSink, Move, Observer, Phase, RayRef, Silent,
+    activity_of,
 };
 pub use fifo::{Fifo, FifoStatistics, LinkState, Token};
 pub use pipe::Pipe;

@@ -133,11 +133,16 @@ impl BoardSpec {
         // In shells a bundle, and so its slot, belongs to one module.
         let (slots, modules) = (self.clusters.bundle_slots, self.clusters.modules);
         check("clusters.bundle_slots", slots, !self.partition.is_shells() || slots >= modules, || {
-            format!("at least one per module ({modules}) with a partition in shells: a bundle is one module's")
+            format!(
+                "at least one per module ({modules}) with a partition in shells: a bundle is one module's"
+            )
         })?;
-        check("shells.prefetch", self.shells.prefetch, !self.shells.prefetch || self.partition.is_shells(), || {
-            "false with partition = \"grid\", which has no next shell".into()
-        })?;
+        check(
+            "shells.prefetch",
+            self.shells.prefetch,
+            !self.shells.prefetch || self.partition.is_shells(),
+            || "false with partition = \"grid\", which has no next shell".into(),
+        )?;
         range("ctu.contexts", self.ctu.contexts, 1..=64)?;
         range("ctu.initiation_interval", self.ctu.initiation_interval, 1..=4096)?;
         range("ctu.depth", self.ctu.depth, 1..=4096)?;
@@ -145,7 +150,8 @@ impl BoardSpec {
         range("icu.cordic_bits", self.icu.cordic_bits, 4..=64)?;
         let (unit, fixed) = (self.division.unit, self.icu.unit == IcuUnit::FixedPipelined);
         check("icu.unit", format!("{:?}", self.icu.unit), fixed || unit == DivisionUnit::InPipeline, || {
-            "fixed-pipelined with a division unit named in [division]: the others divide in their own way".into()
+            "fixed-pipelined with a division unit named in [division]: the others divide in their own way"
+                .into()
         })?;
         range("icu.initiation_interval", self.icu.initiation_interval, 1..=4096)?;
         range("icu.depth", self.icu.depth, 1..=4096)?;
@@ -224,9 +230,18 @@ mod tests {
             ("partition = \"rings\"", "line 1, column 13"),
             ("[shells]\ncells = 0", "shells.cells = 0: expected 1 to 64"),
             ("[shells]\nentries = 257", "shells.entries = 257"),
-            ("partition = \"grid\"\n[shells]\nprefetch = true", "shells.prefetch = true: expected false with"),
-            ("[dispatch]\nrebalance_threshold = 0.9", "dispatch.rebalance_threshold = 0.9: expected 1 to 1000"),
-            ("[clusters]\nmodules = 4\nbundle_slots = 3", "clusters.bundle_slots = 3: expected at least one per module (4)"),
+            (
+                "partition = \"grid\"\n[shells]\nprefetch = true",
+                "shells.prefetch = true: expected false with",
+            ),
+            (
+                "[dispatch]\nrebalance_threshold = 0.9",
+                "dispatch.rebalance_threshold = 0.9: expected 1 to 1000",
+            ),
+            (
+                "[clusters]\nmodules = 4\nbundle_slots = 3",
+                "clusters.bundle_slots = 3: expected at least one per module (4)",
+            ),
             ("[icu]\nunit = \"cordic-serial\"\n[division]\nunit = \"newton\"", "icu.unit"),
             ("[energy]\ntest_pj = -1", "energy.test_pj = -1"),
             ("grid_log2 = 8", "grid_log2 = 8: expected 1 to 7"),
@@ -237,7 +252,7 @@ mod tests {
             ("[bus]\nburst_bytes = 12", "bus.burst_bytes = 12"),
             ("[bus]\nclock_mhz = 0.02", "bus.clock_mhz = 0.02"),
             ("[bus]\nclock_mhz = 26000", "bus.clock_mhz = 26000"),
-            ("watchdog_cycles = 40", "watchdog_cycles = 40: expected 1"),
+            ("watchdog_cycles = 40", "watchdog_cycles = 40: expected 697"),
             ("watchdog_cycles = 4500\n[dram]\nrow_hit_cycles = 4096", "watchdog_cycles = 4500: expected 4"),
         ];
         for (text, expected) in cases {
