@@ -16,7 +16,7 @@ use crate::blocks::{
 };
 use crate::datapath::bundle::{BundleError, BundleWords};
 use crate::datapath::{HitWords, RayError, RayWords};
-use crate::functional::{CanonicalCounters, centre_rays};
+use crate::functional::{CENTRE_RAYS_TOGETHER, CanonicalCounters, centre_rays};
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
 use crate::packet::{self, MAX_BUNDLE_RAYS};
@@ -302,7 +302,7 @@ impl Board {
             return Err(BoardError::Watchdog { cycles: *cycles, causes: causes.clone() });
         }
         let Request { work, any_hit, answers, observer } = request;
-        let (jobs, n_rays) = self.jobs(work)?;
+        let (jobs, n_rays) = self.jobs(work, MAX_BUNDLE_RAYS)?;
         let mut command = Command { work, any_hit, jobs, n_rays, delivered: Vec::new() };
         if n_rays == 0 {
             return Ok(command);
@@ -318,7 +318,7 @@ impl Board {
         let estimated = !centres.is_empty();
         if estimated {
             tell(self.now, mark(CommandMark::LowResolution));
-            let (mut jobs, _) = self.jobs(Work::Rays(&centres))?;
+            let (mut jobs, _) = self.jobs(Work::Rays(&centres), CENTRE_RAYS_TOGETHER)?;
             jobs.iter_mut().for_each(|job| job.low_resolution = true);
             let every = self.spec.dispatch.low_resolution_every as usize;
             self.dispatcher.start_low_resolution(&command.jobs, &jobs, every);
@@ -459,8 +459,8 @@ impl Board {
         if any_hit { packet::any_hit_bytes(MAX_BUNDLE_RAYS) } else { packet::hit_bytes(&self.spec.formats) }
     }
 
-    /// Cuts the work into jobs.
-    fn jobs(&self, work: Work<'_>) -> Result<(Vec<Job>, usize), BoardError> {
+    /// Cuts the work into jobs, explicit rays into so many a job.
+    fn jobs(&self, work: Work<'_>, rays_a_job: usize) -> Result<(Vec<Job>, usize), BoardError> {
         let formats = &self.spec.formats;
         let mut jobs = Vec::new();
         let mut n_rays = 0;
@@ -479,7 +479,7 @@ impl Board {
                 for (index, ray) in rays.iter().enumerate() {
                     ray.validate(formats).map_err(|source| BoardError::Ray { index, source })?;
                 }
-                for chunk in rays.chunks(MAX_BUNDLE_RAYS) {
+                for chunk in rays.chunks(rays_a_job) {
                     push(chunk.len(), chunk.len() as u32 * packet::ray_bytes(formats));
                 }
             }

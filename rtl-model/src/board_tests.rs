@@ -148,6 +148,7 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
         spec.cluster_buffer =
             ClusterBufferSpec { bytes: bytes(m.1 + 1), ways: 2, cycles: m.5, miss_registers: m.3 };
         spec.loader.slots = m.5;
+        spec.loader.stations = 1 + d.3 % 4;
         spec.bus.clock_mhz = [10.0, 25.0, 66.0, 2000.0][b.0 as usize];
         spec.bus.width_bits = [8, 32, 128][b.1 as usize];
         spec.bus.arbitration_cycles = b.2;
@@ -255,6 +256,7 @@ fn board_at_the_limits_of_its_specification_equals_functional() {
     spec.clusters = ClusterSpec { count: 16, modules: 4, ctus_per_icu: 16, bundle_slots: 16 };
     spec.ctu.contexts = 64;
     spec.loader.slots = 32;
+    spec.loader.stations = 32;
     spec.patch_cache.miss_registers = 16;
     spec.list_cache.miss_registers = 16;
     spec.cluster_buffer = ClusterBufferSpec { bytes: 0, ways: 16, cycles: 1, miss_registers: 64 };

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rtl_model::board::{BoardError, Work};
 use rtl_model::datapath::HitWords;
 use rtl_model::fixed::Formats;
-use rtl_model::functional::{CanonicalCounters, centre_rays, trace_command};
+use rtl_model::functional::{CENTRE_RAYS_TOGETHER, CanonicalCounters, centre_rays, trace_command};
 use rtl_model::memory_image::MemoryImage;
 use rtl_model::packet::MAX_BUNDLE_RAYS;
 use rtl_model::spec::{BoardSpec, Partition};
@@ -123,7 +123,8 @@ impl FunctionalTracer {
             }
         };
         let centres = centre_rays(spec, work, n_jobs);
-        let low: Vec<_> = centres.par_chunks(MAX_BUNDLE_RAYS).map(|rays| trace(Work::Rays(rays))).collect();
+        let low = centres.par_chunks(CENTRE_RAYS_TOGETHER).map(|rays| trace(Work::Rays(rays)));
+        let low: Vec<_> = low.collect();
         for (_, work) in &low {
             self.counters = self.counters.combine(&work.as_low_resolution(), sum);
         }

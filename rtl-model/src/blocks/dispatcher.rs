@@ -5,7 +5,7 @@
 //!     static: a range per cluster | pseudo-dynamic: cut anew when it pays | ideal: first cluster with room
 //!                                                                       --FetchRequest--> host link
 //! ```
-//! With partition `shells+static` the centre ray of every n-th bundle is cast first, 64 of them together as explicit rays;
+//! With partition `shells+static` the centre ray of every n-th bundle is cast first, four of them a job;
 //! its cells + tests, times the bundle's rays, estimate that bundle and the n - 1 that follow. Without, a bundle's rays do. Bundles in issue order are then cut
 //! by prefix sums. Pseudo-dynamic: when a cluster's range has become empty and max/mean of the remaining estimates is
 //! above the threshold, dispatch pauses `rebalance_cycles` and all that is not yet dispatched is cut anew; the first cut

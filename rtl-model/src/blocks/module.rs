@@ -78,7 +78,7 @@ impl Module {
                 tracker: ShellTracker::new(&spec.shells, slots, k),
                 ctus: (0..k).map(|_| ShellCtu::new(&spec.ctu)).collect(),
                 loader: ShellLoader::new(
-                    spec.loader.slots,
+                    &spec.loader,
                     slots,
                     image.n_patches,
                     list_port,

@@ -1,22 +1,24 @@
 //! Patch loader in shells: turns (cell, rays) into (patch, rays not yet tested), each patch record fetched along.
 //!
 //! ```text
-//! entries --> [ list slots ] --list port--> header, list lines                     (list cache)
-//!                   |---------mask port--> tested mask --> rays still to be tested (mask cache)
-//!                   |--------patch port--> record --> IcuJob (patch, rays)         (patch cache)
-//!                   `--EntryDone--> shell tracker
+//! entries --> [ list slots ] --list port--> header, list lines                             (list cache)
+//!                   |---------mask port--> tested mask --> rays still to be tested         (mask cache)
+//!                   |                                          `--> [ stations ] --patch port--> record (patch cache)
+//!                   `--EntryDone--> shell tracker                        `--IcuJob (patch, rays)--> ICU
 //! ```
-//! A slot: free -> header -> list line -> mask <-> patch -> done -> free; header, line, mask and patch may wait for a
-//! line. Each cycle: one entry taken, one list look-up, one mask look-up and verdict, one patch look-up or record sent.
-//! Headers and lists are fetched for all slots at once, but of one bundle only the oldest slot looks at masks: verdicts
-//! come in the order of the bundle's table (so they are canonical, and a record of them can be replayed).
+//! A slot: free -> header -> list line -> verdicts, one a list entry -> done -> free; header, line and mask may wait for
+//! a line. A verdict other than "all tested" takes a station, which waits for the record and sends the job. Each cycle: one
+//! entry taken, one list look-up, one mask look-up and verdict, one patch look-up, one job sent.
+//! Headers, lists and records are fetched for all slots and stations at once, but of one bundle only the oldest slot looks
+//! at masks and only the oldest station sends: verdicts and jobs come in the order of the bundle's table (so they are
+//! canonical, and a record of them can be replayed).
 //! An entry without rays is a prefetch: header, list lines and records are asked for, nothing is tested, and what finds
 //! no miss register is let go.
-//! Timing: header, line, verdict, job: one cycle each when the caches hit; a fill and the step that it allows share a
-//! cycle. A list of rejected patches costs a cycle a patch.
-//! Stalls: ICU link or miss FIFO full (output full), no miss register free (resource), lines not here yet (cache miss),
-//! starved with nothing but a mask line on its way to its set.
-//! Source: patch loading by cell lists (1990 board paper); slots, tested masks and their order ours.
+//! Timing: header, line, verdict, record, job: one cycle each when the caches hit; a fill and the step that it allows share
+//! a cycle. A list of rejected patches costs a cycle a patch.
+//! Stalls: ICU link or miss FIFO full (output full), no miss register or station free (resource), lines not here yet (cache
+//! miss).
+//! Source: patch loading by cell lists (1990 board paper); slots, stations, tested masks and their order ours.
 
 use crate::answers::Answers;
 use crate::datapath::cell_step::Cell;
@@ -25,6 +27,8 @@ use crate::memory::{
 };
 use crate::memory_image::MemoryImage;
 use crate::sim::{Activity, Cause, Cycle, Fifo, Observer, Phase, RayRef, Wire, for_each_bit, next_set_bit};
+
+use crate::spec::LoaderSpec;
 
 use super::{EntryDone, IcuJob, ListEntry, Run};
 
@@ -40,13 +44,33 @@ struct Slot {
     remaining: u32,
     /// Entries left in the line at hand.
     in_line: u32,
-    /// The patch at hand, and the rays to test with it.
-    patch: u32,
-    wanted: u64,
-    /// Tests sent for this entry.
+    /// Tests that this entry's verdicts ask for.
     tests: u32,
     /// The line it waits for.
     awaited: Line,
+}
+
+/// A patch on its way to the ICU.
+#[derive(Clone, Copy, Debug)]
+struct Station {
+    bundle: u8,
+    patch: u32,
+    /// The rays to test with it; none: a prefetch.
+    rays: u64,
+    line: Line,
+}
+
+/// Stations by state, a bit each.
+#[derive(Clone, Copy, Debug, Default)]
+struct StationStates {
+    free: u32,
+    /// Wants its record.
+    wants: u32,
+    waits: u32,
+    /// Has its record.
+    here: u32,
+    /// Of those that want one: found no miss register free; they bid again after the next fill.
+    full: u32,
 }
 
 /// Slots by state, a bit each.
@@ -62,16 +86,9 @@ struct States {
     /// Has list entries at hand.
     verdict: u32,
     mask_waits: u32,
-    /// Has rays to test and wants the record.
-    patch: u32,
-    patch_waits: u32,
-    /// Has the record in its line register.
-    patch_here: u32,
     done: u32,
     /// Of those that want a header or list line: found no miss register free; they bid again after the next fill.
     list_full: u32,
-    /// The same of those that want a record.
-    patch_full: u32,
 }
 
 /// The block.
@@ -82,6 +99,11 @@ pub struct ShellLoader {
     states: States,
     /// For each slot the older slots of its bundle, a bit each.
     older: Vec<u32>,
+    stations: Vec<Station>,
+    all_stations: u32,
+    station_states: StationStates,
+    /// For each station the older stations of its bundle, a bit each.
+    older_stations: Vec<u32>,
     masks: MaskStore,
     list_port: ReadPort,
     mask_port: MaskCache,
@@ -89,6 +111,7 @@ pub struct ShellLoader {
     list_turn: u32,
     verdict_turn: u32,
     patch_turn: u32,
+    job_turn: u32,
     done_turn: u32,
 }
 
@@ -131,9 +154,9 @@ enum Port {
 }
 
 impl ShellLoader {
-    /// An empty loader with `n_slots` list slots, for a cluster's `n_bundles` slots and a scene of `n_patches`.
+    /// An empty loader for a cluster's `n_bundles` slots and a scene of `n_patches`.
     pub fn new(
-        n_slots: u32,
+        spec: &LoaderSpec,
         n_bundles: u32,
         n_patches: u32,
         list_port: ReadPort,
@@ -147,17 +170,21 @@ impl ShellLoader {
             address: 0,
             remaining: 0,
             in_line: 0,
-            patch: 0,
-            wanted: 0,
             tests: 0,
             awaited: Line(0),
         };
-        let all = u32::MAX >> (32 - n_slots);
+        let station = Station { bundle: 0, patch: 0, rays: 0, line: Line(0) };
+        let (n_slots, n_stations) = (spec.slots as usize, spec.stations as usize);
+        let (all, all_stations) = (u32::MAX >> (32 - spec.slots), u32::MAX >> (32 - spec.stations));
         ShellLoader {
-            slots: vec![slot; n_slots as usize],
+            slots: vec![slot; n_slots],
             all,
             states: States { free: all, ..States::default() },
-            older: vec![0; n_slots as usize],
+            older: vec![0; n_slots],
+            stations: vec![station; n_stations],
+            all_stations,
+            station_states: StationStates { free: all_stations, ..StationStates::default() },
+            older_stations: vec![0; n_stations],
             masks: MaskStore::new(n_bundles, n_patches),
             list_port,
             mask_port,
@@ -165,6 +192,7 @@ impl ShellLoader {
             list_turn: 0,
             verdict_turn: 0,
             patch_turn: 0,
+            job_turn: 0,
             done_turn: 0,
         }
     }
@@ -178,6 +206,7 @@ impl ShellLoader {
     #[inline]
     pub fn is_quiet(&self) -> bool {
         self.states.free == self.all
+            && self.station_states.free == self.all_stations
             && self.list_port.is_quiet()
             && self.patch_port.is_quiet()
             && self.mask_port.is_quiet()
@@ -200,15 +229,16 @@ impl ShellLoader {
         }
         self.take_fills(now, &io, run.image);
         // Every step acts on the states after the fills: a slot moves by one state a cycle, a fill besides.
-        let start = self.states;
+        let (start, stations) = (self.states, self.station_states);
         let finished = self.finish(now, start.done, &mut io, run);
-        let (sent, patch) = self.send_job(now, start, &mut io, run);
-        let judged = self.judge(now, start.verdict, &mut io, run);
+        let sent = self.send_job(now, stations.here, &mut io, run);
+        let patch = self.read_record(now, stations, &mut io, run);
+        let judged = self.judge(now, start.verdict, stations.free, &mut io, run);
         let listed = self.read_list(now, start, &mut io, run);
         let taken = self.take_entry(now, io.entries, run);
         let settled = self.mask_port.settle(now, io.mask_misses, run.observer);
-        let ports = [patch, judged, listed];
-        if finished || sent || taken || settled || judged == Port::Looked || listed == Port::Looked {
+        let ports = [sent, patch, judged, listed];
+        if finished || taken || settled || ports.contains(&Port::Looked) {
             Activity::Work
         } else if ports.contains(&Port::OutputFull) {
             Activity::Stall(Cause::OutputFull)
@@ -239,20 +269,23 @@ impl ShellLoader {
                 }
             });
         }
-        let arrived = |waits: &mut u32, here: &mut u32, line: Line| {
-            for_each_bit(u64::from(*waits), |i| {
+        if let Some(line) = self.mask_port.fill(now, io.mask_fill) {
+            for_each_bit(u64::from(states.mask_waits), |i| {
                 if slots[i].awaited == line {
-                    *waits &= !(1 << i);
-                    *here |= 1 << i;
+                    states.mask_waits &= !(1 << i);
+                    states.verdict |= 1 << i;
                 }
             });
-        };
-        if let Some(line) = self.mask_port.fill(now, io.mask_fill) {
-            arrived(&mut states.mask_waits, &mut states.verdict, line);
         }
         if let Some(line) = self.patch_port.fill(now, io.patch_fill) {
-            states.patch_full = 0;
-            arrived(&mut states.patch_waits, &mut states.patch_here, line);
+            let states = &mut self.station_states;
+            states.full = 0;
+            for_each_bit(u64::from(states.waits), |i| {
+                if self.stations[i].line == line {
+                    states.waits &= !(1 << i);
+                    states.here |= 1 << i;
+                }
+            });
         }
     }
 
@@ -276,61 +309,93 @@ impl ShellLoader {
         true
     }
 
-    /// The patch port: one look-up, or one record from a line register; then one job.
+    /// Sends one job: of each bundle its oldest station's.
     #[inline]
     fn send_job<A, O: Observer>(
         &mut self,
         now: Cycle,
-        start: States,
+        here: u32,
         io: &mut ShellLoaderIo<'_>,
         run: &mut Run<'_, A, O>,
-    ) -> (bool, Port) {
-        if start.patch_here | start.patch == 0 {
-            return (false, Port::Nothing);
-        }
-        if !io.jobs.can_push(now) {
-            return (false, Port::OutputFull);
-        }
-        // Records at hand first: they hold what others may wait for.
-        let here = next_set_bit(u64::from(start.patch_here), self.patch_turn);
-        let bids = u64::from(start.patch & !start.patch_full);
-        let Some(i) = here.or_else(|| next_set_bit(bids, self.patch_turn)) else {
-            return (false, Port::Refused);
+    ) -> Port {
+        let mut bids = here;
+        let i = loop {
+            let Some(i) = next_set_bit(u64::from(bids), self.job_turn) else { return Port::Nothing };
+            if self.older_stations[i as usize] == 0 {
+                break i;
+            }
+            bids &= !(1 << i);
         };
-        self.patch_turn = i + 1;
-        let (bit, slot) = (1_u32 << i, &mut self.slots[i as usize]);
-        if here.is_none() {
-            let line = Line::of_word(run.image.patch_address(slot.patch));
-            let lookup = self.patch_port.read(now, line, io.patch_misses, run.observer);
-            if slot.mask == 0 {
-                // Prefetched, or let go.
-                self.states.patch &= !bit;
-                self.next_entry(i);
-                return (false, Port::Looked);
+        if !io.jobs.can_push(now) {
+            return Port::OutputFull;
+        }
+        self.job_turn = i + 1;
+        let Station { bundle, patch, rays, .. } = self.stations[i as usize];
+        io.jobs.send(now, IcuJob { slot: bundle, patch, rays, ..IcuJob::default() }, run.observer);
+        self.station_states.here &= !(1 << i);
+        self.free_station(i);
+        Port::Looked
+    }
+
+    fn free_station(&mut self, i: u32) {
+        self.station_states.free |= 1 << i;
+        self.older_stations.iter_mut().for_each(|older| *older &= !(1 << i));
+    }
+
+    /// The patch port: one look-up.
+    #[inline]
+    fn read_record<A, O: Observer>(
+        &mut self,
+        now: Cycle,
+        start: StationStates,
+        io: &mut ShellLoaderIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> Port {
+        if start.wants == 0 {
+            return Port::Nothing;
+        }
+        let bids = u64::from(start.wants & !start.full);
+        let Some(i) = next_set_bit(bids, self.patch_turn) else { return Port::Refused };
+        let (bit, station) = (1_u32 << i, &mut self.stations[i as usize]);
+        station.line = Line::of_word(run.image.patch_address(station.patch));
+        let lookup = self.patch_port.read(now, station.line, io.patch_misses, run.observer);
+        let states = &mut self.station_states;
+        let prefetch = station.rays == 0;
+        match lookup {
+            // Asked for, or let go.
+            _ if prefetch => {
+                states.wants &= !bit;
+                self.free_station(i);
             }
-            match lookup {
-                Lookup::Hit => {}
-                Lookup::Waits => {
-                    slot.awaited = line;
-                    self.states.patch &= !bit;
-                    self.states.patch_waits |= bit;
-                    return (true, Port::Looked);
-                }
-                Lookup::Busy => return (false, Port::OutputFull),
-                Lookup::Full => {
-                    self.states.patch_full |= bit;
-                    return (false, Port::Refused);
-                }
+            Lookup::Hit => {
+                states.wants &= !bit;
+                states.here |= bit;
+            }
+            Lookup::Waits => {
+                states.wants &= !bit;
+                states.waits |= bit;
+            }
+            Lookup::Busy => return Port::OutputFull,
+            Lookup::Full => {
+                states.full |= bit;
+                return Port::Refused;
             }
         }
-        self.states.patch &= !bit;
-        self.states.patch_here &= !bit;
-        let (bundle, patch, rays) = (slot.bundle, slot.patch, slot.wanted);
-        slot.tests += rays.count_ones();
-        io.jobs.send(now, IcuJob { slot: bundle, patch, rays, ..IcuJob::default() }, run.observer);
-        run.observer.rays(now, run.block, bundle, rays, Phase::Away, Phase::Loading);
-        self.next_entry(i);
-        (true, Port::Looked)
+        self.patch_turn = i + 1;
+        Port::Looked
+    }
+
+    /// A station takes a patch and the rays to test with it.
+    fn take_station(&mut self, i: u32, station: Station) {
+        let busy = self.all_stations & !self.station_states.free;
+        let mut older = 0;
+        for_each_bit(u64::from(busy), |j| {
+            older |= u32::from(self.stations[j].bundle == station.bundle && self.stations[j].rays != 0) << j;
+        });
+        self.older_stations[i as usize] = older;
+        self.stations[i as usize] = station;
+        self.station_states.free &= !(1 << i);
+        self.station_states.wants |= 1 << i;
     }
 
     /// The mask port: one list entry's verdict.
@@ -339,12 +404,15 @@ impl ShellLoader {
         &mut self,
         now: Cycle,
         bids: u32,
+        free_stations: u32,
         io: &mut ShellLoaderIo<'_>,
         run: &mut Run<'_, A, O>,
     ) -> Port {
         if bids == 0 {
             return Port::Nothing;
         }
+        // One that is freed in this cycle is free from the next on: the choice is made by the state at its start.
+        let Some(station) = next_set_bit(u64::from(free_stations), 0) else { return Port::Refused };
         // Of each bundle its oldest slot; prefetches need no masks.
         let mut bids = bids;
         let i = loop {
@@ -379,17 +447,17 @@ impl ShellLoader {
             }
             run.counters.list_entries += 1;
         }
-        slot.patch = patch;
-        slot.wanted = wanted;
+        slot.tests += wanted.count_ones();
         slot.address += 1;
         slot.remaining -= 1;
         slot.in_line -= 1;
         self.states.verdict &= !bit;
-        if wanted != 0 || slot.mask == 0 {
-            self.states.patch |= bit;
-        } else {
-            self.next_entry(i);
+        let (bundle, prefetch) = (slot.bundle, slot.mask == 0);
+        if wanted != 0 || prefetch {
+            self.take_station(station, Station { bundle, patch, rays: wanted, line: Line(0) });
+            run.observer.rays(now, run.block, bundle, wanted, Phase::Away, Phase::Loading);
         }
+        self.next_entry(i);
         Port::Looked
     }
 

@@ -12,8 +12,12 @@ use crate::spec::{BoardSpec, Partition};
 
 use super::{CanonicalCounters, ShellTracer, trace};
 
+/// Rays of a low-resolution cast that are traced together. They see little in common, so what counts is that all bundle
+/// slots have some.
+pub const CENTRE_RAYS_TOGETHER: usize = 4;
+
 /// The rays of a command's low-resolution cast: the centre ray of every so many of its `n_jobs` jobs, none of a short
-/// command. They are traced as explicit rays, 64 together.
+/// command. They are traced as explicit rays, [`CENTRE_RAYS_TOGETHER`] a job.
 pub fn centre_rays(spec: &BoardSpec, work: Work<'_>, n_jobs: usize) -> Vec<RayWords> {
     let every = crate::fixed::index(spec.dispatch.low_resolution_every.max(1));
     let wanted = spec.partition == Partition::ShellsStatic
@@ -64,7 +68,7 @@ pub fn trace_command(
         }
     };
     let sum = |a: u64, b: u64| a + b;
-    for rays in centre_rays(spec, work, jobs.len()).chunks(MAX_BUNDLE_RAYS) {
+    for rays in centre_rays(spec, work, jobs.len()).chunks(CENTRE_RAYS_TOGETHER) {
         let (_, work): (Vec<_>, _) = job(rays);
         counters = counters.combine(&work.as_low_resolution(), sum);
     }

@@ -188,6 +188,8 @@ pub struct CtuSpec {
 pub struct LoaderSpec {
     /// Cell lists that a loader works on at once, 1..=32.
     pub slots: u32,
+    /// Patches that may wait for their records at once (partition in shells), 1..=32.
+    pub stations: u32,
 }
 
 /// What an ICU's timing follows; its answers are those of the fixed-point datapath whatever it is.
@@ -398,7 +400,7 @@ impl Default for ShellSpec {
 impl Default for DispatchSpec {
     fn default() -> Self {
         DispatchSpec {
-            low_resolution_every: 1,
+            low_resolution_every: 16,
             low_resolution_min_bundles: 64,
             rebalance_threshold: 1.25,
             rebalance_cycles: 500,
@@ -409,7 +411,7 @@ impl Default for DispatchSpec {
 
 impl Default for MaskCacheSpec {
     fn default() -> Self {
-        MaskCacheSpec { bytes: 4096, ways: 4, miss_registers: 2 }
+        MaskCacheSpec { bytes: 16384, ways: 4, miss_registers: 2 }
     }
 }
 
@@ -442,7 +444,7 @@ impl Default for CtuSpec {
 
 impl Default for LoaderSpec {
     fn default() -> Self {
-        LoaderSpec { slots: 8 }
+        LoaderSpec { slots: 8, stations: 8 }
     }
 }
 

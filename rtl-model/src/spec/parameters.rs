@@ -77,6 +77,7 @@ impl BoardSpec {
             row("ctu.initiation_interval", format!("{} cycles", s.ctu.initiation_interval), OURS),
             row("ctu.depth", format!("{} cycles", s.ctu.depth), OURS),
             row("loader.slots", format!("{} lists", s.loader.slots), OURS),
+            row("loader.stations", format!("{} patches", s.loader.stations), OURS),
             row("icu.unit", word(s.icu.unit), "[I] fixed-pipelined; others from the literature of the time"),
             row("icu.cordic_bits", format!("{} bits", s.icu.cordic_bits), OURS),
             row("icu.initiation_interval", format!("{} cycles", s.icu.initiation_interval), OURS),

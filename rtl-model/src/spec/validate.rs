@@ -147,6 +147,7 @@ impl BoardSpec {
         range("ctu.initiation_interval", self.ctu.initiation_interval, 1..=4096)?;
         range("ctu.depth", self.ctu.depth, 1..=4096)?;
         range("loader.slots", self.loader.slots, 1..=32)?;
+        range("loader.stations", self.loader.stations, 1..=32)?;
         range("icu.cordic_bits", self.icu.cordic_bits, 4..=64)?;
         let (unit, fixed) = (self.division.unit, self.icu.unit == IcuUnit::FixedPipelined);
         check("icu.unit", format!("{:?}", self.icu.unit), fixed || unit == DivisionUnit::InPipeline, || {
