@@ -333,8 +333,8 @@ impl Board {
         observer.event(self.now, EventKind::Command, 0, CommandMark::End as u32);
         let after = self.spec.bus.interrupt_cycles + self.spec.dispatch.host_cycles_per_command;
         self.interrupt_cycles += after;
-        self.accounts.end_run(after);
-        self.clusters.iter_mut().for_each(|c| c.end_run(after));
+        self.accounts.end_run(self.now, after);
+        self.clusters.iter_mut().for_each(|c| c.end_run(self.now, after));
         Ok(command)
     }
 

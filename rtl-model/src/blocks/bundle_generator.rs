@@ -109,3 +109,73 @@ impl BundleGenerator {
         Activity::Work
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::bench::Bench;
+    use crate::datapath::RayWords;
+    use crate::fixed::Formats;
+    use crate::memory_image::MemoryImage;
+
+    const RAY: RayWords = RayWords { origin: [0; 3], dir: [1 << 23, 0, 0], t_max: 1 };
+
+    /// Links and cycles of the rays of jobs of 3 rays, with `taken_slots` of 4 slots, through links of depth `depth`
+    /// that nobody reads; the activity of each cycle.
+    fn dealt(
+        mut generator: BundleGenerator,
+        taken_slots: u64,
+        depth: u32,
+    ) -> (Vec<Vec<NewRay>>, Vec<Activity>) {
+        let mut bench = Bench::new(MemoryImage::build(&Formats::default(), &[], Some(1)));
+        let (mut commands, mut started) = (Fifo::new(2), Wire::new());
+        let mut rays = vec![Fifo::new(depth); 2];
+        commands.push(0, Job { n_rays: 3, ..Job::default() });
+        let activities = (1..9)
+            .map(|now| {
+                bench.run(|store, run| {
+                    run.work = Work::Rays(&[RAY; 3]);
+                    let io = BundleGeneratorIo {
+                        commands: &mut commands,
+                        taken_slots,
+                        n_slots: 4,
+                        started: &mut started,
+                        store,
+                        rays: &mut rays,
+                    };
+                    generator.tick(now, io, run)
+                })
+            })
+            .collect();
+        let links = rays.iter_mut().map(|link| (20..30).filter_map(|now| link.pop(now)).collect()).collect();
+        (links, activities)
+    }
+
+    #[test]
+    fn bundle_generator_takes_a_cycle_to_start_and_then_sends_a_ray_a_cycle() {
+        let (links, activities) = dealt(BundleGenerator::new(None), 0b1, 4);
+        let indices: Vec<Vec<u8>> = links.iter().map(|l| l.iter().map(|r| r.ray.index).collect()).collect();
+        assert_eq!(indices, [vec![0, 2], vec![1]], "round the CTUs");
+        assert!(links.iter().flatten().all(|new| new.ray.slot == 1 && new.n_rays == 3));
+        let works = activities.iter().filter(|a| **a == Activity::Work).count();
+        assert_eq!((works, activities[4]), (4, Activity::Idle));
+    }
+
+    #[test]
+    fn bundle_generator_in_shells_sends_a_bundle_to_the_module_of_its_slot() {
+        for (taken, module) in [(0b0, 0), (0b1, 1), (0b11, 0)] {
+            let (links, _) = dealt(BundleGenerator::new(Some(2)), taken, 4);
+            assert_eq!((links[module].len(), links[1 - module].len()), (3, 0));
+        }
+    }
+
+    #[test]
+    fn bundle_generator_stalls_for_a_slot_and_for_room() {
+        let (links, activities) = dealt(BundleGenerator::new(None), 0b1111, 4);
+        assert!(links.iter().all(Vec::is_empty));
+        assert!(activities.iter().all(|a| *a == Activity::Stall(Cause::Resource)));
+        let (links, activities) = dealt(BundleGenerator::new(Some(2)), 0, 1);
+        assert_eq!(links[0].len(), 1, "one ray fits");
+        assert_eq!(activities[2..], [Activity::Stall(Cause::OutputFull); 6]);
+    }
+}

@@ -352,9 +352,9 @@ impl Cluster {
             && self.fills.iter().all(|w| w.is_quiet(now))
     }
 
-    /// Ends a run, which `after` cycles with nothing on the board follow.
-    pub fn end_run(&mut self, after: Cycle) {
-        self.accounts.end_run(after);
+    /// Ends a run before cycle `now`; `after` cycles with nothing on the board follow.
+    pub fn end_run(&mut self, now: Cycle, after: Cycle) {
+        self.accounts.end_run(now, after);
     }
 
     /// Names of the parts, in the order of their numbers.

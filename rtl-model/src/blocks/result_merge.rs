@@ -170,3 +170,90 @@ impl ResultMerge {
         Some(true)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::bench::Bench;
+    use crate::datapath::{Facing, HitWords};
+    use crate::fixed::Formats;
+    use crate::memory_image::MemoryImage;
+
+    fn bench() -> Bench {
+        Bench::new(MemoryImage::build(&Formats::default(), &[], Some(1)))
+    }
+
+    fn tick(
+        bench: &mut Bench,
+        merge: &mut ResultMerge,
+        now: Cycle,
+        started: &Wire<(u8, Job)>,
+        ends: &mut [Fifo<RayEnd>],
+        host: &mut HostPort,
+    ) -> Activity {
+        bench.run(|store, run| merge.tick(now, ResultMergeIo { started, ends, store, host }, run))
+    }
+
+    #[test]
+    fn result_merge_sends_a_bundle_in_ray_order_from_the_cycle_after_its_last_end() {
+        let (mut bench, mut merge) = (bench(), ResultMerge::new(2));
+        let (mut started, mut ends) = (Wire::new(), [Fifo::new(2), Fifo::new(2)]);
+        let mut host = HostPort::new(2, 8);
+        started.set(0, (1, Job { first_ray: 70, n_rays: 3, ..Job::default() }));
+        let ray = |index| RayRef { slot: 1, index };
+        let hit = Some(HitWords { t: 5, patch: 9, facing: Facing::Back });
+        bench.store.start(ray(2), *bench.store.words(ray(2)));
+        bench.store.reduce(ray(2), hit);
+        // The rays end out of order, the last one in cycle 6.
+        for (now, link, index) in [(3, 0, 2), (3, 1, 0), (5, 0, 1)] {
+            ends[link].push(now, RayEnd { ray: ray(index), n_rays: 1 });
+        }
+        let mut sent = Vec::new();
+        for now in 1..12 {
+            tick(&mut bench, &mut merge, now, &started, &mut ends, &mut host);
+            sent.extend(host.entries.pop(now + 1).map(|entry| (now, entry)));
+        }
+        let entry = |ray, hit, last| ResultEntry::Nearest { ray, hit, last };
+        let expected = [(7, entry(70, None, false)), (8, entry(71, None, false)), (9, entry(72, hit, true))];
+        assert_eq!(sent, expected);
+        assert!(merge.is_quiet() && bench.counters.hits == 1);
+    }
+
+    #[test]
+    fn result_merge_with_a_full_queue_holds_its_bundle() {
+        let (mut bench, mut merge) = (bench(), ResultMerge::new(1));
+        let (mut started, mut ends) = (Wire::new(), [Fifo::new(2)]);
+        let mut host = HostPort::new(2, 1);
+        started.set(0, (0, Job { n_rays: 2, ..Job::default() }));
+        ends[0].push(1, RayEnd { ray: RayRef::default(), n_rays: 2 });
+        let activities =
+            [1, 2, 3, 4, 5].map(|now| tick(&mut bench, &mut merge, now, &started, &mut ends, &mut host));
+        let full = Activity::Stall(Cause::OutputFull);
+        assert_eq!(activities, [Activity::Work, Activity::Work, Activity::Work, full, full]);
+        assert!(!merge.is_quiet());
+        host.entries.pop(6);
+        assert_eq!(tick(&mut bench, &mut merge, 7, &started, &mut ends, &mut host), Activity::Work);
+        assert!(merge.is_quiet());
+    }
+
+    #[test]
+    fn result_merge_of_a_low_resolution_job_tells_each_rays_work_to_the_dispatcher_alone() {
+        let (mut bench, mut merge) = (bench(), ResultMerge::new(1));
+        let (mut started, mut ends) = (Wire::new(), [Fifo::new(2)]);
+        let mut host = HostPort::new(2, 4);
+        started.set(0, (0, Job { first_ray: 40, n_rays: 2, low_resolution: true, ..Job::default() }));
+        for (index, cells) in [(0, 3), (1, 5)] {
+            let ray = RayRef { slot: 0, index };
+            bench.store.start(ray, *bench.store.words(ray));
+            (0..cells).for_each(|_| bench.store.count_cell(ray));
+        }
+        ends[0].push(1, RayEnd { ray: RayRef::default(), n_rays: 2 });
+        let mut estimates = Vec::new();
+        for now in 1..9 {
+            tick(&mut bench, &mut merge, now, &started, &mut ends, &mut host);
+            estimates.extend(host.estimates.pop(now + 1));
+        }
+        assert_eq!(estimates, [Estimate { index: 40, cost: 3 }, Estimate { index: 41, cost: 5 }]);
+        assert!(host.is_quiet() && merge.is_quiet());
+    }
+}

@@ -558,3 +558,7 @@ fn read_header(slot: &mut Slot, image: &MemoryImage) {
 fn read_line(slot: &mut Slot) {
     slot.in_line = slot.remaining.min(LINE_WORDS - slot.address % LINE_WORDS);
 }
+
+#[cfg(test)]
+#[path = "shell_loader_tests.rs"]
+mod tests;

@@ -89,6 +89,8 @@ pub struct ShellTracker {
     walking: u32,
     sending: u32,
     waiting: u32,
+    /// Of those that wait: nothing is outstanding, or a message may have changed that.
+    settled: u32,
     ending: u32,
     n_ctus: usize,
     /// The CTU that gets the next request, and the one that gives the next visit.
@@ -159,6 +161,7 @@ impl ShellTracker {
             walking: 0,
             sending: 0,
             waiting: 0,
+            settled: 0,
             ending: 0,
             n_ctus: n_ctus as usize,
             next_request: 0,
@@ -187,8 +190,10 @@ impl ShellTracker {
         }
         let mut done = Done::default();
         // What the registers hold at the start of the cycle decides what goes out.
-        let (walking, sending, waiting, ending) = (self.walking, self.sending, self.waiting, self.ending);
+        let (walking, sending, ending) = (self.walking, self.sending, self.ending);
+        let waits = self.waiting;
         self.take_messages(now, &io, &mut done);
+        let waiting = waits & self.settled;
         if ending != 0 {
             self.tell_end(now, ending, &mut io, run, &mut done);
         }
@@ -217,6 +222,7 @@ impl ShellTracker {
     fn set_state(&mut self, slot: usize, state: State) {
         self.bundles[slot].state = state;
         let bit = 1 << slot;
+        self.settled |= if state == State::Waiting { bit } else { 0 };
         for (set, is_in) in [
             (&mut self.busy, state != State::Free),
             (&mut self.walking, state == State::Walking),
@@ -239,10 +245,13 @@ impl ShellTracker {
                 bundle.entries_out -= 1;
                 bundle.tests_out += tests.cast_signed();
             }
+            self.settled |= 1 << slot;
             done.worked = true;
         }
         if let Some(Reduced { slot, .. }) = io.reduced.get(now, 0) {
-            self.bundles[usize::from(slot)].tests_out -= 1;
+            let bundle = &mut self.bundles[usize::from(slot)];
+            bundle.tests_out -= 1;
+            self.settled |= u32::from(bundle.tests_out == 0) << slot;
             done.worked = true;
         }
     }
@@ -458,6 +467,7 @@ impl ShellTracker {
             left &= left - 1;
             let bundle = &mut self.bundles[slot];
             if bundle.entries_out != 0 || bundle.tests_out != 0 {
+                self.settled &= !(1 << slot);
                 continue;
             }
             let mut open = bundle.open;
@@ -476,6 +486,8 @@ impl ShellTracker {
             } else if bundle.prefetches_out == 0 {
                 self.set_state(slot, State::Ending);
             } else {
+                // Until the last prefetch is through.
+                self.settled &= !(1 << slot);
                 continue;
             }
             done.worked = true;
@@ -520,3 +532,7 @@ fn distinct(cells: &[Cell]) -> Vec<Cell> {
     };
     cells.iter().filter(|cell| is_new(cell)).copied().collect()
 }
+
+#[cfg(test)]
+#[path = "shell_tracker_tests.rs"]
+mod tests;

@@ -89,11 +89,13 @@ impl Grid {
         // "Never": a ratio above all others, for the axes that the ray does not move along.
         let (mut num, mut den, mut axis) = (1_u64, 0_u64, 0);
         for k in 0..3 {
-            let direction = ray.dir[k];
+            let direction = i64::from(ray.dir[k]);
             let plane = ((i64::from(cell.0[k]) + i64::from(direction > 0)) << cell_log2) - cube;
             let ahead = plane - i64::from(ray.origin[k]);
-            let distance = if direction > 0 { ahead } else { -ahead }.max(0).cast_unsigned();
-            let speed = u64::from(direction.unsigned_abs());
+            // With the direction's sign, all bits 1 for a negative one: -x = (x ^ sign) - sign.
+            let sign = direction >> 63;
+            let distance = ((ahead ^ sign) - sign).max(0).cast_unsigned();
+            let speed = direction.unsigned_abs();
             // 2^(F+1) * 2^D < 2^58. An axis at rest has speed 0: its right side is 0, never greater.
             if distance * den < num * speed {
                 (num, den, axis) = (distance, speed, k);
@@ -122,6 +124,27 @@ impl Grid {
 /// x >= b + 1. Rounding is monotone, so a patch behind the crossing has a rounded t that is greater than b too.
 #[inline]
 pub fn ends_before(formats: &Formats, best_t: u64, crossing: &Crossing) -> bool {
+    // num, den and best_t have at most 35 bits, so these products are exact in f64 or rounded once, by 2^-53 of
+    // themselves. Where they differ by more than two words of t and a 2^-40th, no rounding mode decides otherwise.
+    let (t, d, f) = (formats.t_frac_bits, formats.dir_frac_bits, formats.coord_frac_bits);
+    let den = crossing.den as f64;
+    let far = crossing.num as f64 * power_of_two((t + d).wrapping_sub(f));
+    let near = best_t as f64 * den;
+    let doubt = 2.0 * den + (far + near) * (1.0 / (1_u64 << 40) as f64);
+    if (far - near).abs() > doubt {
+        return far > near;
+    }
+    ends_before_exactly(formats, best_t, crossing)
+}
+
+/// 2^n for an n that may wrap below zero.
+#[inline]
+fn power_of_two(n: u32) -> f64 {
+    f64::from_bits(u64::from(n.wrapping_add(1023)) << 52)
+}
+
+/// [`ends_before`] in integers alone.
+fn ends_before_exactly(formats: &Formats, best_t: u64, crossing: &Crossing) -> bool {
     let (up, down) = formats.t_shifts();
     let num = u128::from(crossing.num) << up;
     let den = u128::from(crossing.den) << down;

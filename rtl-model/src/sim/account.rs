@@ -113,10 +113,12 @@ impl BlockAccount {
 
 /// Accumulates the accounts of a set of blocks, run by run.
 ///
-/// What each block does now is kept apart from the sums, 16 bytes a block: a cycle that repeats the last one touches
-/// nothing else.
+/// Each block's activity of now is kept apart from the sums, in a byte: a cycle that repeats the last one touches nothing
+/// else.
 #[derive(Clone, Debug)]
 pub struct Accounts {
+    /// Activity of each block in the latest cycle, 0 before the first one of a run.
+    codes: Box<[u8]>,
     spells: Vec<Spell>,
     sums: Vec<Sums>,
     /// Number of block 0 in the board's directory.
@@ -126,11 +128,10 @@ pub struct Accounts {
 /// Equal cycles in a row.
 #[derive(Clone, Copy, Debug, Default)]
 struct Spell {
-    n_cycles: u64,
-    /// What the block did in them; `None` before the first cycle of a run.
+    /// The first of them.
+    since: Cycle,
+    /// What the block does in them; `None` before the first cycle of a run.
     latest: Option<(Activity, bool)>,
-    /// `latest` as one byte, 0 for `None`.
-    code: u8,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -145,7 +146,12 @@ struct Sums {
 impl Accounts {
     /// Empty accounts of `n_blocks` blocks, of which the first has number `first` in the board's directory.
     pub fn new(n_blocks: usize, first: u16) -> Self {
-        Accounts { spells: vec![Spell::default(); n_blocks], sums: vec![Sums::default(); n_blocks], first }
+        Accounts {
+            codes: vec![0; n_blocks].into_boxed_slice(),
+            spells: vec![Spell::default(); n_blocks],
+            sums: vec![Sums::default(); n_blocks],
+            first,
+        }
     }
 
     /// A block's number in the board's directory.
@@ -154,9 +160,9 @@ impl Accounts {
         self.first + block as u16
     }
 
-    /// Records one cycle of a block. `assigned` tells whether the surroundings have work in progress: an idle block is
-    /// then starved.
-    #[inline]
+    /// Records what a block does in cycle `now`, and in all that follow until another call says otherwise. `assigned`
+    /// tells whether the surroundings have work in progress: an idle block is then starved.
+    #[inline(always)]
     pub fn record<O: Observer>(
         &mut self,
         now: Cycle,
@@ -166,12 +172,9 @@ impl Accounts {
         observer: &mut O,
     ) {
         let code = activity.code() << 1 | u8::from(assigned);
-        let spell = &mut self.spells[block];
-        if spell.code == code {
-            spell.n_cycles += 1;
-        } else {
-            self.sums[block].add(spell);
-            *spell = Spell { n_cycles: 1, latest: Some((activity, assigned)), code };
+        if self.codes[block] != code {
+            self.codes[block] = code;
+            self.change(now, block, (activity, assigned));
             if O::ON {
                 let payload = activity_payload(activity, assigned);
                 observer.event(now, EventKind::Activity, self.first + block as u16, payload);
@@ -179,18 +182,19 @@ impl Accounts {
         }
     }
 
-    /// Records `n` more cycles like the latest one for every block.
-    pub fn repeat_all(&mut self, n: u64) {
-        for spell in &mut self.spells {
-            spell.n_cycles += n;
-        }
+    #[inline(never)]
+    fn change(&mut self, now: Cycle, block: usize, latest: (Activity, bool)) {
+        let spell = &mut self.spells[block];
+        self.sums[block].add(spell, now);
+        *spell = Spell { since: now, latest: Some(latest) };
     }
 
-    /// Ends a run: what was idle since the last token was drain, as are `after` more cycles with nothing on the board
-    /// (the host's interrupt).
-    pub fn end_run(&mut self, after: u64) {
+    /// Ends a run before cycle `now`: what was idle since the last token was drain, as are `after` more cycles with
+    /// nothing on the board (the host's interrupt).
+    pub fn end_run(&mut self, now: Cycle, after: u64) {
+        self.codes.fill(0);
         for (spell, sums) in self.spells.iter_mut().zip(&mut self.sums) {
-            sums.add(spell);
+            sums.add(spell, now);
             *spell = Spell::default();
             sums.cycles[Cause::Drain as usize] +=
                 std::mem::take(&mut sums.trailing).iter().sum::<u64>() + after;
@@ -216,8 +220,8 @@ impl Accounts {
 }
 
 impl Sums {
-    fn add(&mut self, spell: &Spell) {
-        let n = spell.n_cycles;
+    fn add(&mut self, spell: &Spell, now: Cycle) {
+        let n = now - spell.since;
         let cause = match spell.latest {
             None => return,
             Some((Activity::Work, _)) => Cause::Work,
@@ -247,7 +251,7 @@ mod tests {
     #[test]
     fn account_of_a_run_with_gaps_names_fill_idle_and_drain_and_closes() {
         let mut account = Accounts::new(1, 0);
-        for activity in [
+        let activities = [
             Activity::Idle,
             Activity::Idle,
             Activity::Work,
@@ -257,10 +261,11 @@ mod tests {
             Activity::Idle,
             Activity::Idle,
             Activity::Idle,
-        ] {
-            account.record(0, 0, activity, false, &mut Silent);
+        ];
+        for (now, activity) in (100..).zip(activities) {
+            account.record(now, 0, activity, false, &mut Silent);
         }
-        account.end_run(0);
+        account.end_run(109, 0);
         let closed = account.named(0, "block".into());
         assert_eq!(closed.total(), 9);
         let of = |c| closed.of(c);
@@ -273,7 +278,7 @@ mod tests {
     #[test]
     fn account_of_an_idle_block_with_work_elsewhere_is_starved() {
         let mut account = Accounts::new(1, 0);
-        for (activity, assigned) in [
+        let activities = [
             (Activity::Work, true),
             (Activity::Idle, true),
             (Activity::Idle, false),
@@ -281,10 +286,11 @@ mod tests {
             (Activity::Work, true),
             (Activity::Idle, true),
             (Activity::Idle, false),
-        ] {
-            account.record(0, 0, activity, assigned, &mut Silent);
+        ];
+        for (now, (activity, assigned)) in (0..).zip(activities) {
+            account.record(now, 0, activity, assigned, &mut Silent);
         }
-        account.end_run(5);
+        account.end_run(7, 5);
         let closed = account.named(0, String::new());
         let cycles = [Cause::Work, Cause::Starved, Cause::Idle, Cause::Drain].map(|c| closed.of(c));
         assert_eq!(cycles, [2, 2, 1, 2 + 5], "after the last token all is drain, assigned or not");

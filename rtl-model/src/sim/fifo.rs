@@ -22,23 +22,30 @@ pub trait Token: Copy + Default {
 ///
 /// On a cache line of its own: a board looks at hundreds of them every cycle.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct Fifo<T> {
+    state: LinkState,
     /// A power of two of places, at least the depth.
     entries: Box<[T]>,
-    state: LinkState,
 }
 
 /// Most bins of an occupancy histogram but one.
 const BINS: u32 = 64;
 
-/// Everything of a queue but its tokens.
+/// No cycle is as late.
+const NEVER_READY: Cycle = Cycle::MAX;
+
+/// Everything of a queue but its tokens. What every cycle looks at comes first.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct LinkState {
-    depth: u32,
+    /// First cycle in which the reader sees a token, and in which the writer may push: one comparison each a look.
+    front_from: Cycle,
+    push_from: Cycle,
     head: u32,
     /// Tokens inside, this cycle's push and pop included.
     count: u32,
+    depth: u32,
     /// Number in the board's directory.
     number: u16,
     bin_shift: u8,
@@ -76,6 +83,8 @@ impl LinkState {
         assert!(depth >= 1, "a FIFO needs an entry");
         let bin_shift = depth.div_ceil(BINS).next_power_of_two().trailing_zeros();
         LinkState {
+            front_from: NEVER_READY,
+            push_from: 0,
             depth,
             head: 0,
             count: 0,
@@ -141,14 +150,13 @@ impl<T: Token> Fifo<T> {
     /// When `depth` is 0.
     pub fn new(depth: u32) -> Self {
         let n = depth.next_power_of_two() as usize;
-        Fifo { entries: vec![T::default(); n].into_boxed_slice(), state: LinkState::new(depth) }
+        Fifo { state: LinkState::new(depth), entries: vec![T::default(); n].into_boxed_slice() }
     }
 
     /// True when the writer may push in cycle `now`.
     #[inline]
     pub fn can_push(&self, now: Cycle) -> bool {
-        let s = &self.state;
-        (s.pushed_at != now) & (s.count + u32::from(s.popped_at == now) < s.depth)
+        now >= self.state.push_from
     }
 
     /// Puts a token in; the reader sees it from the next cycle on.
@@ -163,6 +171,8 @@ impl<T: Token> Fifo<T> {
         s.settle(now);
         self.entries[(s.head + s.count) as usize & mask] = token;
         s.count += 1;
+        s.front_from = if s.count == 1 { now + 1 } else { s.front_from };
+        s.push_from = if s.count == s.depth { NEVER_READY } else { now + 1 };
         s.pushed_at = now;
         s.pushes += 1;
         s.sojourn = s.sojourn.wrapping_sub(now);
@@ -180,13 +190,11 @@ impl<T: Token> Fifo<T> {
     /// The oldest token, as of the start of the cycle; none any more once it is popped in this cycle.
     #[inline]
     pub fn front(&self, now: Cycle) -> Option<&T> {
-        let s = &self.state;
-        let visible = s.count - u32::from(s.pushed_at == now);
-        if (visible == 0) | (s.popped_at == now) {
+        if now < self.state.front_from {
             return None;
         }
         let mask = self.entries.len() - 1;
-        Some(&self.entries[s.head as usize & mask])
+        Some(&self.entries[self.state.head as usize & mask])
     }
 
     /// Takes the oldest token; the writer may use its entry from the next cycle on.
@@ -196,7 +204,11 @@ impl<T: Token> Fifo<T> {
         let s = &mut self.state;
         s.settle(now);
         s.head = (s.head + 1) & (self.entries.len() as u32 - 1);
+        if s.count == s.depth {
+            s.push_from = now + 1;
+        }
         s.count -= 1;
+        s.front_from = if s.count == 0 { NEVER_READY } else { now + 1 };
         s.popped_at = now;
         s.sojourn = s.sojourn.wrapping_add(now);
         Some(token)
