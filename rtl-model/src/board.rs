@@ -562,6 +562,12 @@ impl Board {
         }
     }
 
+    /// Share of the clusters' cycles in which a cluster was not ticked, since nothing in it could change.
+    pub fn quiet_share(&self) -> f64 {
+        let slept: u64 = self.clusters.iter().map(Cluster::slept_cycles).sum();
+        slept as f64 / (self.now.max(1) * self.clusters.len() as u64) as f64
+    }
+
     /// What every FIFO counted so far. Cycles on the host's side of interrupts are none of theirs.
     pub fn link_statistics(&self) -> Vec<crate::sim::FifoStatistics> {
         let mut statistics = Vec::new();
@@ -578,6 +584,12 @@ impl Board {
     /// The patch memory.
     pub fn image(&self) -> &MemoryImage {
         &self.image
+    }
+
+    /// Ticks every cluster in every cycle.
+    #[cfg(test)]
+    pub(crate) fn never_sleep(&mut self) {
+        self.clusters.iter_mut().for_each(|cluster| cluster.sleepless = true);
     }
 
     #[cfg(test)]

@@ -217,6 +217,14 @@ fn assert_board_equals_functional(spec: &BoardSpec, seed: u64) -> Result<(), Tes
             prop_assert_eq!(block.total(), counted.cycles, "account of {} is not closed", &block.block);
         }
     }
+    let mut awake = Board::new(spec, image).unwrap();
+    awake.never_sleep();
+    awake.trace_nearest(Work::Bundles(&bundles)).unwrap();
+    awake.trace_any(Work::Bundles(&bundles)).unwrap();
+    awake.trace_nearest(Work::Rays(&rays)).unwrap();
+    awake.trace_any(Work::Rays(&rays)).unwrap();
+    prop_assert_eq!(awake.statistics(), board.statistics(), "skipping quiet clusters changes nothing");
+    prop_assert_eq!(awake.link_statistics(), board.link_statistics());
     let after = 4 * (spec.bus.interrupt_cycles + spec.dispatch.host_cycles_per_command);
     let ticks = board.statistics().cycles - after;
     for link in board.link_statistics() {

@@ -5,6 +5,8 @@
 //!                            caches ==> cluster buffer --> DRAM
 //! ```
 //! Owns blocks and links as plain fields and wires them by split borrows. The parts tick in any order.
+//! A cluster in which no part worked, with nothing in a pipeline and nothing held back by its surroundings, does the same
+//! in every cycle until a descriptor or a line comes: it is not ticked until then. (Exact: a test runs boards both ways.)
 
 use crate::answers::Answers;
 use crate::memory::{ClusterBuffer, ClusterBufferIo, DramPort, Line, MemoryRequest, Traffic};
@@ -12,7 +14,7 @@ use crate::memory_image::MemoryImage;
 use crate::sim::{Accounts, Activity, BlockAccount, Cycle, Fifo, LinkState, Observer, Wire};
 use crate::spec::BoardSpec;
 
-use super::module::{Front, LINK_ENTRIES, Module};
+use super::module::{Front, LINK_ENTRIES, Module, still};
 use super::{
     BundleGenerator, BundleGeneratorIo, CtuIo, HostPort, IcuIo, Job, NewRay, PatchLoaderIo, RayEnd, RayStore,
     ReducerIo, ResultMerge, ResultMergeIo, Run, ShellCtuIo, ShellLoaderIo, ShellTrackerIo,
@@ -67,6 +69,12 @@ pub struct Cluster {
     /// Every part, in the order of ticks, and its account.
     parts: Vec<Part>,
     accounts: Accounts,
+    /// Nothing can change before something comes in.
+    asleep: bool,
+    /// Cycles in which it slept.
+    slept_cycles: u64,
+    #[cfg(test)]
+    pub(crate) sleepless: bool,
     #[cfg(test)]
     permutation: Option<Vec<usize>>,
     ctus_per_icu: usize,
@@ -114,6 +122,10 @@ impl Cluster {
             fills: vec![Wire::new(); CACHES * modules as usize],
             accounts: Accounts::new(parts.len(), first_block),
             parts,
+            asleep: false,
+            slept_cycles: 0,
+            #[cfg(test)]
+            sleepless: false,
             #[cfg(test)]
             permutation: None,
             ctus_per_icu: k as usize,
@@ -128,35 +140,80 @@ impl Cluster {
         mut io: ClusterIo<'_>,
         run: &mut Run<'_, A, O>,
     ) -> bool {
+        if self.asleep {
+            if io.host.commands.front(now).is_none() && io.dram.responses.front(now).is_none() {
+                self.slept_cycles += 1;
+                return false;
+            }
+            self.asleep = false;
+        }
+        let worked = self.tick_parts(now, &mut io, run);
+        if !worked {
+            self.asleep = self.is_still(now, &io);
+        }
+        worked
+    }
+
+    /// True when no part can do anything else in the next cycle unless something comes in.
+    #[inline(never)]
+    fn is_still(&self, now: Cycle, io: &ClusterIo<'_>) -> bool {
+        #[cfg(test)]
+        if self.sleepless {
+            return false;
+        }
+        // A block without work may still have let something go. What merge and buffer have for the outside must have
+        // room there, else they wait for it.
+        self.modules.iter().all(|module| module.is_still(now))
+            && self.buffer.is_still()
+            && still(&self.rays, now)
+            && still(&self.ends, now)
+            && still(&self.misses, now)
+            && io.host.entries.can_push(now)
+            && io.host.estimates.can_push(now)
+            && io.dram.requests.can_push(now)
+    }
+
+    /// Cycles in which the cluster was not ticked, since nothing could change.
+    pub fn slept_cycles(&self) -> u64 {
+        self.slept_cycles
+    }
+
+    #[inline]
+    fn tick_parts<A: Answers, O: Observer>(
+        &mut self,
+        now: Cycle,
+        io: &mut ClusterIo<'_>,
+        run: &mut Run<'_, A, O>,
+    ) -> bool {
         let assigned = self.taken_slots != 0 || io.host.commands.len(now) > 0 || !self.generator.is_quiet();
         #[cfg(test)]
         if let Some(permutation) = self.permutation.take() {
             let worked = permutation
                 .iter()
-                .map(|&i| self.tick_and_record(now, self.parts[i], i, assigned, &mut io, run))
+                .map(|&i| self.tick_and_record(now, self.parts[i], i, assigned, io, run))
                 .fold(false, |any, worked| any | worked);
             self.permutation = Some(permutation);
             return worked;
         }
         // The order of `parts`, written out so that each part's code stands in line.
-        let mut worked = self.tick_and_record(now, Part::Generator, 0, assigned, &mut io, run);
+        let mut worked = self.tick_and_record(now, Part::Generator, 0, assigned, io, run);
         let mut i = 1;
         for module in 0..self.modules.len() as u8 {
             if let Front::Shells(_) = self.modules[usize::from(module)].front {
-                worked |= self.tick_and_record(now, Part::Tracker { module }, i, assigned, &mut io, run);
+                worked |= self.tick_and_record(now, Part::Tracker { module }, i, assigned, io, run);
                 i += 1;
             }
             for ctu in 0..self.ctus_per_icu as u8 {
-                worked |= self.tick_and_record(now, Part::Ctu { module, ctu }, i, assigned, &mut io, run);
+                worked |= self.tick_and_record(now, Part::Ctu { module, ctu }, i, assigned, io, run);
                 i += 1;
             }
-            worked |= self.tick_and_record(now, Part::Loader { module }, i, assigned, &mut io, run);
-            worked |= self.tick_and_record(now, Part::Icu { module }, i + 1, assigned, &mut io, run);
-            worked |= self.tick_and_record(now, Part::Reducer { module }, i + 2, assigned, &mut io, run);
+            worked |= self.tick_and_record(now, Part::Loader { module }, i, assigned, io, run);
+            worked |= self.tick_and_record(now, Part::Icu { module }, i + 1, assigned, io, run);
+            worked |= self.tick_and_record(now, Part::Reducer { module }, i + 2, assigned, io, run);
             i += 3;
         }
-        worked |= self.tick_and_record(now, Part::Merge, i, assigned, &mut io, run);
-        worked |= self.tick_and_record(now, Part::Buffer, i + 1, assigned, &mut io, run);
+        worked |= self.tick_and_record(now, Part::Merge, i, assigned, io, run);
+        worked |= self.tick_and_record(now, Part::Buffer, i + 1, assigned, io, run);
         worked
     }
 
@@ -355,6 +412,8 @@ impl Cluster {
     /// Ends a run before cycle `now`; `after` cycles with nothing on the board follow.
     pub fn end_run(&mut self, now: Cycle, after: Cycle) {
         self.accounts.end_run(now, after);
+        // The next run's first cycle is recorded whatever happens in it.
+        self.asleep = false;
     }
 
     /// Names of the parts, in the order of their numbers.

@@ -116,6 +116,12 @@ impl Ctu {
         self.free == self.all
     }
 
+    /// True when time alone changes nothing in it.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        self.pipe.is_empty() && self.cooldown == 0
+    }
+
     /// One cycle.
     #[inline]
     pub fn tick<A: Answers, O: Observer>(

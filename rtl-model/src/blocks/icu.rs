@@ -61,6 +61,12 @@ impl Icu {
         self.pipe.is_empty() && self.job.rays == 0
     }
 
+    /// True when time alone changes nothing in it.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        self.pipe.is_empty() && self.cooldown == 0
+    }
+
     /// One cycle.
     #[inline]
     pub fn tick<A: Answers, O: Observer>(

@@ -8,7 +8,7 @@
 
 use crate::memory::{Line, MaskCache, ReadPort, Traffic};
 use crate::memory_image::MemoryImage;
-use crate::sim::{Cycle, Fifo, LinkState, Wire, Wires};
+use crate::sim::{Cycle, Fifo, LinkState, Token, Wire, Wires};
 use crate::spec::BoardSpec;
 
 use super::{
@@ -57,6 +57,11 @@ pub(super) struct Module {
 
 /// A valid/ready link with its 2-entry skid buffer.
 pub(super) const LINK_ENTRIES: u32 = 2;
+
+/// True when nothing moved on the links in cycle `now`.
+pub(super) fn still<T: Token>(links: &[Fifo<T>], now: Cycle) -> bool {
+    links.iter().all(|link| link.state().is_still(now))
+}
 
 impl Module {
     /// Module `number` of cluster `cluster`, empty.
@@ -128,6 +133,28 @@ impl Module {
         }
         see(format!("{name}.jobs"), self.jobs.state_mut());
         see(format!("{name}.test_results"), self.test_results.state_mut());
+    }
+
+    /// True when time alone changes nothing in its blocks, and nothing moved on its links in cycle `now`.
+    #[inline]
+    pub(super) fn is_still(&self, now: Cycle) -> bool {
+        self.icu.is_still()
+            && still(std::slice::from_ref(&self.jobs), now)
+            && still(std::slice::from_ref(&self.test_results), now)
+            && match &self.front {
+                Front::Grid(front) => {
+                    front.ctus.iter().all(Ctu::is_still)
+                        && front.loader.is_still()
+                        && still(&front.requests, now)
+                }
+                Front::Shells(front) => {
+                    front.ctus.iter().all(ShellCtu::is_still)
+                        && front.loader.is_still()
+                        && still(&front.requests, now)
+                        && still(&front.visits, now)
+                        && still(std::slice::from_ref(&front.entries), now)
+                }
+            }
     }
 
     /// True when no block holds anything and no wire carries anything; links are the board's to look at.

@@ -83,6 +83,8 @@ pub struct PatchLoader {
     list_turn: u32,
     patch_turn: u32,
     done_turn: u32,
+    /// Something changed in this cycle that is no work: a look-up that found no room, or joined one on its way.
+    unsettled: bool,
 }
 
 /// The ports of a cycle.
@@ -130,6 +132,7 @@ impl PatchLoader {
             list_turn: 0,
             patch_turn: 0,
             done_turn: 0,
+            unsettled: false,
         }
     }
 
@@ -141,6 +144,12 @@ impl PatchLoader {
     /// True when no list is being worked on and no line is on its way.
     pub fn is_quiet(&self) -> bool {
         self.states.free == self.all && self.list_port.is_quiet() && self.patch_port.is_quiet()
+    }
+
+    /// True when time alone changes nothing in it.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        !self.unsettled
     }
 
     /// One cycle.
@@ -155,6 +164,7 @@ impl PatchLoader {
             // Lines asked for by slots are always awaited by them, so no fill can be on its way here.
             return Activity::Idle;
         }
+        self.unsettled = false;
         self.take_fills(now, &io, run.image);
         // Every step acts on the states after the fills: a slot moves by one state a cycle, a fill besides.
         let start = self.states;
@@ -178,6 +188,7 @@ impl PatchLoader {
 
     fn take_fills(&mut self, now: Cycle, io: &PatchLoaderIo<'_>, image: &MemoryImage) {
         if let Some(line) = self.list_port.fill(now, io.list_fill) {
+            self.unsettled = true;
             self.states.list_full = 0;
             for_each_bit(self.states.header_waits, |i| {
                 if self.slots[i].awaited == line {
@@ -195,6 +206,7 @@ impl PatchLoader {
             });
         }
         if let Some(line) = self.patch_port.fill(now, io.patch_fill) {
+            self.unsettled = true;
             self.states.patch_full = 0;
             for_each_bit(self.states.patch_waits, |i| {
                 if self.slots[i].awaited == line {
@@ -246,11 +258,16 @@ impl PatchLoader {
                     slot.awaited = line;
                     self.states.patch &= !bit;
                     self.states.patch_waits |= bit;
+                    self.unsettled = true;
                     return (false, Port::Looked);
                 }
-                Lookup::Busy => return (false, Port::OutputFull),
+                Lookup::Busy => {
+                    self.unsettled = true;
+                    return (false, Port::OutputFull);
+                }
                 Lookup::Full => {
                     self.states.patch_full |= bit;
+                    self.unsettled = true;
                     return (false, Port::Refused);
                 }
             }
@@ -328,9 +345,13 @@ impl PatchLoader {
         let lookup = self.list_port.read(now, line, io.list_misses, run.observer);
         match lookup {
             Lookup::Hit | Lookup::Waits => {}
-            Lookup::Busy => return Port::OutputFull,
+            Lookup::Busy => {
+                self.unsettled = true;
+                return Port::OutputFull;
+            }
             Lookup::Full => {
                 self.states.list_full |= bit;
+                self.unsettled = true;
                 return Port::Refused;
             }
         }

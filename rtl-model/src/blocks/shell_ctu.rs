@@ -57,6 +57,12 @@ impl ShellCtu {
         self.pipe.is_empty()
     }
 
+    /// True when time alone changes nothing in it.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        self.pipe.is_empty() && self.cooldown == 0
+    }
+
     /// One cycle.
     #[inline]
     pub fn tick<A: Answers, O: Observer>(

@@ -113,6 +113,8 @@ pub struct ShellLoader {
     patch_turn: u32,
     job_turn: u32,
     done_turn: u32,
+    /// Something changed in this cycle that is no work: a look-up that found no room, or joined one on its way.
+    unsettled: bool,
 }
 
 /// The ports of a cycle.
@@ -194,6 +196,7 @@ impl ShellLoader {
             patch_turn: 0,
             job_turn: 0,
             done_turn: 0,
+            unsettled: false,
         }
     }
 
@@ -212,6 +215,12 @@ impl ShellLoader {
             && self.mask_port.is_quiet()
     }
 
+    /// True when time alone changes nothing in it.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        !self.unsettled
+    }
+
     /// One cycle.
     #[inline]
     pub fn tick<A: Answers, O: Observer>(
@@ -227,6 +236,7 @@ impl ShellLoader {
         if self.is_quiet() && io.entries.front(now).is_none() {
             return Activity::Idle;
         }
+        self.unsettled = false;
         self.take_fills(now, &io, run.image);
         // Every step acts on the states after the fills: a slot moves by one state a cycle, a fill besides.
         let (start, stations) = (self.states, self.station_states);
@@ -252,6 +262,7 @@ impl ShellLoader {
     fn take_fills(&mut self, now: Cycle, io: &ShellLoaderIo<'_>, image: &MemoryImage) {
         let (slots, states) = (&mut self.slots, &mut self.states);
         if let Some(line) = self.list_port.fill(now, io.list_fill) {
+            self.unsettled = true;
             states.list_full = 0;
             for_each_bit(u64::from(states.header_waits | states.list_waits), |i| {
                 if slots[i].awaited != line {
@@ -270,6 +281,7 @@ impl ShellLoader {
             });
         }
         if let Some(line) = self.mask_port.fill(now, io.mask_fill) {
+            self.unsettled = true;
             for_each_bit(u64::from(states.mask_waits), |i| {
                 if slots[i].awaited == line {
                     states.mask_waits &= !(1 << i);
@@ -278,6 +290,7 @@ impl ShellLoader {
             });
         }
         if let Some(line) = self.patch_port.fill(now, io.patch_fill) {
+            self.unsettled = true;
             let states = &mut self.station_states;
             states.full = 0;
             for_each_bit(u64::from(states.waits), |i| {
@@ -375,9 +388,13 @@ impl ShellLoader {
                 states.wants &= !bit;
                 states.waits |= bit;
             }
-            Lookup::Busy => return Port::OutputFull,
+            Lookup::Busy => {
+                self.unsettled = true;
+                return Port::OutputFull;
+            }
             Lookup::Full => {
                 states.full |= bit;
+                self.unsettled = true;
                 return Port::Refused;
             }
         }
@@ -436,8 +453,14 @@ impl ShellLoader {
                     self.states.mask_waits |= bit;
                     return Port::Looked;
                 }
-                MaskLookup::Busy => return Port::OutputFull,
-                MaskLookup::Full => return Port::Refused,
+                MaskLookup::Busy => {
+                    self.unsettled = true;
+                    return Port::OutputFull;
+                }
+                MaskLookup::Full => {
+                    self.unsettled = true;
+                    return Port::Refused;
+                }
             }
             let (masks, bundle, mask) = (&mut self.masks, slot.bundle, slot.mask);
             let at = run.at(RayRef { slot: bundle, index: 0 });
@@ -497,9 +520,13 @@ impl ShellLoader {
         let lookup = self.list_port.read(now, line, io.list_misses, run.observer);
         match lookup {
             Lookup::Hit | Lookup::Waits => {}
-            Lookup::Busy => return Port::OutputFull,
+            Lookup::Busy => {
+                self.unsettled = true;
+                return Port::OutputFull;
+            }
             Lookup::Full => {
                 self.states.list_full |= bit;
+                self.unsettled = true;
                 return Port::Refused;
             }
         }

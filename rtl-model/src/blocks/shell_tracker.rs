@@ -366,6 +366,8 @@ impl ShellTracker {
                 if bundle.state != State::Walking || bundle.table.insert(cell, ray.index) == Inserted::Full {
                     done.table_full = true;
                     if bundle.state == State::Walking {
+                        // To close the table is this cycle's work.
+                        done.worked = true;
                         self.set_state(slot, State::Sending { sent: 0, shell_over: false });
                     }
                     return;

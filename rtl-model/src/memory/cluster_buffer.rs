@@ -29,6 +29,8 @@ pub struct ClusterBuffer {
     capacity: usize,
     /// Caches whose request found no miss register free; they bid again after the next fill.
     full: u64,
+    /// Something changed in this cycle that is no work: a look-up that found no room, or joined one on its way.
+    unsettled: bool,
     turn: u32,
     traffic: Traffic,
 }
@@ -55,6 +57,7 @@ impl ClusterBuffer {
             open: Vec::with_capacity(miss_registers as usize),
             capacity: miss_registers as usize,
             full: 0,
+            unsettled: false,
             turn: 0,
             traffic: Traffic::default(),
         }
@@ -63,6 +66,7 @@ impl ClusterBuffer {
     /// One cycle.
     #[inline]
     pub fn tick<O: Observer>(&mut self, now: Cycle, io: ClusterBufferIo<'_>, observer: &mut O) -> Activity {
+        self.unsettled = false;
         let mut driven = 0;
         if let Some(&fill) = self.hits.head() {
             deliver(now, fill, io.fills);
@@ -114,6 +118,7 @@ impl ClusterBuffer {
         if write {
             // Written through: a copy in the buffer is brought up to date, none is made.
             if !dram_request.can_push(now) {
+                self.unsettled = true;
                 return (None, false, Some(Cause::OutputFull));
             }
             dram_request.send(now, MemoryRequest { line, write }, observer);
@@ -132,18 +137,26 @@ impl ClusterBuffer {
             open.sources |= fill.sources;
         } else if self.open.len() == self.capacity {
             self.full |= fill.sources;
+            self.unsettled = true;
             return (None, false, Some(Cause::Resource));
         } else if dram_request.can_push(now) {
             dram_request.send(now, MemoryRequest::read(line), observer);
             self.open.push(fill);
             self.traffic.lines += 1;
         } else {
+            self.unsettled = true;
             return (None, false, Some(Cause::OutputFull));
         }
         request.take(now, observer);
         self.traffic.accesses += 1;
         self.traffic.misses += 1;
         (None, true, None)
+    }
+
+    /// True when time alone changes nothing in it.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        self.hits.is_empty() && !self.unsettled
     }
 
     /// Traffic so far.

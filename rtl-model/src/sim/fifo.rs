@@ -120,6 +120,12 @@ impl LinkState {
         self.count == 0
     }
 
+    /// True when nothing went in or out in cycle `now`.
+    #[inline]
+    pub fn is_still(&self, now: Cycle) -> bool {
+        self.pushed_at != now && self.popped_at != now
+    }
+
     /// Counts the occupancy since the last push or pop.
     #[inline]
     fn settle(&mut self, now: Cycle) {
