@@ -35,3 +35,5 @@ pub mod verify;
 pub mod vectors;
 
 pub mod report;
+
+pub mod experiments;

@@ -10,8 +10,8 @@ mod place;
 
 use place::{Place, scene};
 
-const SUBCOMMANDS: [&str; 8] =
-    ["render", "solve", "probe", "simulate", "verify", "compare", "info", "generate"];
+const SUBCOMMANDS: [&str; 9] =
+    ["render", "solve", "probe", "simulate", "verify", "compare", "info", "generate", "experiment"];
 
 fn write_exr(place: &Place, name: &str, pixels: Vec<Rgb>) {
     let film = Film::from_pixels(pixels.len(), 1, pixels);
@@ -427,4 +427,18 @@ fn generate_with_a_count_or_a_name_that_cannot_be_is_refused() {
     refused("random-patches", "10", "a.json", "expected a name that ends in .toml");
     refused("random-patches", "10", "none/a.toml", "does not exist");
     place.refused(&["generate", "random-patches", "-o", "a.toml"], "--count");
+}
+
+#[test]
+fn experiment_writes_plot_and_rows_into_its_folder_and_the_same_bytes_again() {
+    let place = Place::new();
+    place.refused(&["experiment", "hierarchies"], "'hierarchies' is none of subdivision, queueing,");
+    let args = ["experiment", "queueing", "--quick", "-o", "made/board"];
+    let first = place.exits(0, &args).stdout;
+    assert!(first.contains("Geo/D/1") && first.contains("holds: ") && !first.contains("FAILS"), "{first}");
+    let read = |name: &str| std::fs::read(place.path("made/board").join(name)).unwrap();
+    let (plot, rows) = (read("queueing.svg"), read("queueing.csv"));
+    assert!(plot.starts_with(b"<svg") && rows.starts_with(b"D (cycles),rho,"));
+    assert_eq!(place.exits(0, &args).stdout, first);
+    assert_eq!((read("queueing.svg"), read("queueing.csv")), (plot, rows));
 }

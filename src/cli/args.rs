@@ -61,6 +61,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Make a scene file for an experiment: random patches, a furnished room, a two-dimensional world
     Generate(GenerateArgs),
+    /// Ask the board a question: queues, balance, memory, bus, throughput, as a table and a plot
+    Experiment(ExperimentArgs),
 }
 
 /// Who answers the rays.
@@ -434,6 +436,35 @@ pub struct GenerateArgs {
     /// Replace the file when there is one
     #[arg(long)]
     pub force: bool,
+}
+
+/// `radeng experiment`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng experiment hierarchy                     the table on stdout, docs/board/hierarchy.svg and .csv
+  radeng experiment all                           all of them, and docs/board.md: minutes
+  radeng experiment all --quick -o /tmp/board     small scenes and few points: seconds
+
+  subdivision   a published intersection chip as the ICU: tests a second
+  queueing      Geo/D/1, tandems, Little's identity on the board's FIFOs
+  amdahl        the share of ray casting in a software render, and the speed-up that it allows
+  shells-2d     1990: patch transfers of shells and of the grid in two dimensions
+  balance       1991: the low-resolution partition, its gain and its cost
+  hierarchy     1992: hierarchical memory and pseudo-dynamic scheduling
+  descriptors   bundle descriptors against explicit rays on the bus
+  throughput    rays a second over the board's parameters
+
+The same command writes the same bytes, but for `amdahl`, which measures wall time.
+Exit status 1 when a check that an experiment makes of itself fails.")]
+pub struct ExperimentArgs {
+    /// Which experiment, or all
+    pub name: String,
+    /// Folder for plots (.svg) and rows (.csv), made when missing; of `all`, the document stands beside it as DIR.md
+    #[arg(short, long = "output", value_name = "DIR", default_value = "docs/board")]
+    pub output: PathBuf,
+    /// Small scenes and few points
+    #[arg(long)]
+    pub quick: bool,
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::experiments::ExperimentError;
 use crate::frame::FrameError;
 use crate::image::exr::ReadError;
 use crate::image::{DifferenceError, OutputError};
@@ -63,6 +64,9 @@ pub enum CliError {
         /// Why.
         source: CheckError,
     },
+    /// An experiment.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
     /// A plot that cannot be drawn.
     #[error("the plot cannot be drawn: {0}")]
     Plot(String),

@@ -9,6 +9,7 @@
 pub mod args;
 mod compare;
 mod error;
+mod experiment;
 mod generate;
 mod given;
 mod info;
@@ -58,5 +59,6 @@ pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),
         Command::Generate(args) => generate::run(args),
+        Command::Experiment(args) => experiment::run(args),
     }
 }

@@ -29,7 +29,7 @@ const CHARACTER: f64 = 0.6;
 const N_SOLID: usize = 6;
 
 /// Colours that stay apart for colour-blind readers and in print (Okabe, Ito 2008).
-const COLOURS: [RGBColor; 7] = [
+pub(crate) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
