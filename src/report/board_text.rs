@@ -88,8 +88,11 @@ pub(super) fn board_lines(out: &mut String, b: &BoardReport) {
     energy_line(out, b);
     let links = b.fullest_links(LINKS);
     if !links.is_empty() {
-        let each = links.iter().map(|l| format!("{} {}", short(&l.counted.link), percent(l.full_share)));
-        line(out, "  queues", format_args!("full: {} of the cycles", each.collect::<Vec<_>>().join(", ")));
+        let mut each: Vec<String> =
+            links.iter().map(|l| format!("{} {}", short(&l.counted.link), percent(l.full_share))).collect();
+        each[0].push_str(" of the cycles");
+        each[0].insert_str(0, "full: ");
+        wrapped(out, "  queues", &each, ", ");
     }
     if b.by_purpose.len() > 1 {
         for p in &b.by_purpose {
@@ -124,20 +127,21 @@ fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
     line(out, label, text);
 }
 
+/// Bytes brought into each level and the share of look-ups that hit; what masks write back shows at the DRAM.
 fn memory_lines(out: &mut String, b: &BoardReport) {
     let hits = |l: &LevelStatistics| percent(1.0 - share(l.misses, l.accesses));
-    let written = |l: &LevelStatistics| match l.written_bytes {
-        0 => String::new(),
-        n => format!(" and {} written", bytes(n)),
-    };
     let items: Vec<String> = b
         .levels
         .iter()
         .map(|l| match l.level.as_str() {
-            "dram" => format!("DRAM {} read{}, {} in open rows", bytes(l.bytes), written(l), hits(l)),
+            "dram" => {
+                let masks = if l.written_bytes > 0 { " masks" } else { "" };
+                let (read, written) = (bytes(l.bytes), bytes(l.written_bytes));
+                format!("DRAM {read} read, {written}{masks} written, {} in open rows", hits(l))
+            }
             name => {
                 let name = name.trim_end_matches("_cache").trim_start_matches("cluster_");
-                format!("{name} {} read{}, {} hit", bytes(l.bytes), written(l), hits(l))
+                format!("{name} {}, {} hit", bytes(l.bytes), hits(l))
             }
         })
         .collect();
@@ -272,4 +276,94 @@ pub(super) fn all_blocks_table(out: &mut String, b: &BoardReport) {
         out.push('\n');
     }
     out.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raycast::Purpose;
+    use rtl_model::functional::{CanonicalCounters, LowResolutionWork};
+    use rtl_model::sim::BlockAccount;
+    use rtl_model::spec::BoardSpec;
+    use rtl_model::statistics::BoardStatistics;
+
+    fn report(rebalances: u64, low_rays: u64) -> BoardReport {
+        // Work, output full, resource, cache miss, memory, bus, starved, idle, fill, drain.
+        let block = |name: &str, cycles| BlockAccount { block: name.to_owned(), cycles };
+        let level = |level: &str, bytes, written_bytes| LevelStatistics {
+            level: level.to_owned(),
+            accesses: 10,
+            misses: 4,
+            bytes,
+            written_bytes,
+        };
+        let low_resolution = LowResolutionWork { rays: low_rays, tests: 7, ..LowResolutionWork::default() };
+        let statistics = BoardStatistics {
+            cycles: 1000,
+            commands: 1,
+            canonical: CanonicalCounters {
+                rays: 100,
+                tests: 900,
+                low_resolution,
+                ..CanonicalCounters::default()
+            },
+            rebalances,
+            bus_down_cycles: 10,
+            memory: vec![level("mask_cache", 128, 64), level("dram", 2048, 64)],
+            blocks: vec![
+                block("dram", [250, 0, 0, 0, 50, 0, 600, 0, 40, 60]),
+                block("cluster0.module0.ctu0", [500, 0, 100, 0, 0, 0, 300, 0, 50, 50]),
+                block("cluster1.module0.ctu0", [400, 0, 300, 0, 0, 0, 200, 0, 50, 50]),
+                block("cluster0.module0.icu", [500, 0, 0, 0, 0, 0, 400, 0, 50, 50]),
+                block("cluster1.module0.icu", [400, 0, 0, 0, 0, 0, 500, 0, 50, 50]),
+            ],
+            ..BoardStatistics::default()
+        };
+        BoardReport::new(&BoardSpec::default(), &[(Purpose::Primary, statistics)], &[])
+    }
+
+    #[test]
+    fn table_of_kinds_has_a_row_a_kind_and_no_column_without_cycles() {
+        let mut table = String::new();
+        block_kinds_table(&mut table, &report(0, 0));
+        let expected = "
+% of the cycles    n  work resource memory starved  idle  least work
+dram               1  25.0             5.0    60.0  10.0
+ctu                2  45.0     20.0           25.0  10.0   40.0 c1.m0.ctu0
+icu                2  45.0                    45.0  10.0   40.0 c1.m0
+
+";
+        assert_eq!(table, expected);
+    }
+
+    #[test]
+    fn table_of_all_blocks_has_a_row_a_block_and_no_column_without_cycles() {
+        let mut table = String::new();
+        all_blocks_table(&mut table, &report(0, 0));
+        assert_eq!(table.trim_end().lines().count(), 1 + 1 + 1 + 5, "{table}");
+        assert!(table.contains("resource") && !table.contains("bus") && !table.contains("output"), "{table}");
+    }
+
+    #[test]
+    fn lines_of_the_board_tell_of_low_resolution_memory_and_bounds() {
+        let text = |rebalances, rays| {
+            let mut out = String::new();
+            board_lines(&mut out, &report(rebalances, rays));
+            assert!(out.lines().all(|l| l.len() <= WIDTH), "{out}");
+            out
+        };
+        assert!(!text(0, 0).contains("low res"));
+        assert!(text(0, 3).contains("3 rays, 7 tests before the bundles were dealt\n"));
+        assert!(text(1, 0).contains("low res  the partition was cut anew once\n"));
+        assert!(text(2, 3).contains("dealt; the partition was cut anew 2 times\n"));
+        for part in [
+            "mask 128 B, 60.0 % hit; DRAM 2.00 KiB read, 64 B masks written, 60.0 % in open rows",
+            "bound    560 cycles by the host bus and commands: 56.0 % of those taken",
+            "227 cycles by the ICUs: 22.7 % of what they allow is reached (50.0 % as dealt)",
+            "the rest: starved; lists are short",
+            "(ASSUMED costs)",
+        ] {
+            assert!(text(0, 0).contains(part), "'{part}' is missing in\n{}", text(0, 0));
+        }
+    }
 }

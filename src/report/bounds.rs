@@ -227,7 +227,7 @@ impl IcuWaits {
         let wait = |what: &str, share: f64| Wait { what: what.to_owned(), share };
         let of = |cause| share_of(blocks, "icu", cause);
         let unassigned = "no bundle in their clusters";
-        let outside = "before their first or after their last test of a command";
+        let outside = "outside the first to the last test of a command";
         let waits = sorted(vec![
             wait("starved", of(Cause::Starved)),
             wait("no room at the reducers", of(Cause::OutputFull)),
@@ -246,17 +246,13 @@ impl IcuWaits {
         let reason = match waits.first().map(|w| w.what.as_str()) {
             None => String::new(),
             Some("starved") => match loader_waits.first() {
-                None => "starved, lists being short and the loaders at work on each".to_owned(),
+                None => "starved; lists are short, and the loaders work on each".to_owned(),
                 Some(w) if w.what.starts_with("lists") => {
-                    format!(
-                        "starved, the loaders waiting for {} ({})",
-                        w.what,
-                        front_state(blocks, in_shells)
-                    )
+                    format!("starved; loaders wait for {} ({})", w.what, front_state(blocks, in_shells))
                 }
                 Some(w) => {
                     let dram = share(s.dram_busy_cycles, s.cycles);
-                    format!("starved, the loaders waiting for {} (DRAM busy {})", w.what, percent(dram))
+                    format!("starved; loaders wait for {} (DRAM busy {})", w.what, percent(dram))
                 }
             },
             Some(away) if away == unassigned || away == outside => {
@@ -275,8 +271,8 @@ fn front_state(blocks: &[BlockAccount], in_shells: bool) -> String {
         [Cause::Work, Cause::Resource, Cause::Starved].map(|cause| share_of(blocks, which, cause));
     match () {
         () if work >= resource && work >= starved => format!("at work in {}", percent(work)),
-        () if resource >= starved && in_shells => format!("with full tables in {}", percent(resource)),
-        () => format!("waiting for steps and results in {}", percent(starved)),
+        () if resource >= starved && in_shells => format!("tables full in {}", percent(resource)),
+        () => format!("waiting in {}", percent(starved)),
     }
 }
 

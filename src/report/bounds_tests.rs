@@ -93,13 +93,13 @@ fn reason_of_starved_icus_is_what_their_loaders_wait_for() {
     let starved = [60, 0, 0, 0, 0, 0, 30, 5, 3, 2];
     let tracker = "cluster0.module0.shell_tracker";
     let w = waits(starved, [20, 30, 5, 25, 0, 0, 20, 0, 0, 0], tracker, [0; 10]);
-    assert_eq!(w.reason, "starved, the loaders waiting for lines from the patch memory (DRAM busy 80.0 %)");
+    assert_eq!(w.reason, "starved; loaders wait for lines from the patch memory (DRAM busy 80.0 %)");
     assert!((w.work - 0.6).abs() < 1e-12);
     let names: Vec<_> = w.waits.iter().map(|w| (w.what.as_str(), (w.share * 100.0).round())).collect();
     let expected = [
         ("starved", 30.0),
         ("no bundle in their clusters", 5.0),
-        ("before their first or after their last test of a command", 5.0),
+        ("outside the first to the last test of a command", 5.0),
     ];
     assert_eq!(names, expected);
     let shares: Vec<_> = w.loader_waits.iter().map(|w| (w.share * 100.0).round()).collect();
@@ -107,18 +107,11 @@ fn reason_of_starved_icus_is_what_their_loaders_wait_for() {
 
     let hungry = [20, 30, 5, 15, 0, 0, 30, 0, 0, 0];
     let w = waits(starved, hungry, tracker, [70, 0, 10, 0, 0, 0, 20, 0, 0, 0]);
-    assert_eq!(
-        w.reason,
-        "starved, the loaders waiting for lists from the shell trackers (at work in 70.0 %)"
-    );
+    assert_eq!(w.reason, "starved; loaders wait for lists from the shell trackers (at work in 70.0 %)");
     let w = waits(starved, hungry, tracker, [10, 0, 60, 0, 0, 0, 30, 0, 0, 0]);
-    assert!(w.reason.ends_with("(with full tables in 60.0 %)"), "{}", w.reason);
+    assert!(w.reason.ends_with("(tables full in 60.0 %)"), "{}", w.reason);
     let w = waits(starved, hungry, "cluster0.module0.ctu0", [10, 0, 20, 0, 0, 0, 70, 0, 0, 0]);
-    assert!(
-        w.reason.ends_with("lists from the CTUs (waiting for steps and results in 70.0 %)"),
-        "{}",
-        w.reason
-    );
+    assert!(w.reason.ends_with("lists from the CTUs (waiting in 70.0 %)"), "{}", w.reason);
     let w = waits(starved, [20, 30, 35, 15, 0, 0, 0, 0, 0, 0], tracker, [0; 10]);
     assert!(w.reason.contains("a free miss register"), "{}", w.reason);
 }
@@ -132,14 +125,11 @@ fn reason_of_icus_that_do_not_starve_is_their_own() {
         "no bundle in their clusters (host bus and commands: 25.0 %)"
     );
     let outside = reason([40, 0, 0, 0, 0, 0, 10, 0, 20, 30]);
-    assert!(
-        outside.starts_with("before their first or after their last test of a command (host"),
-        "{outside}"
-    );
+    assert!(outside.starts_with("outside the first to the last test of a command (host"), "{outside}");
     assert_eq!(reason([100, 0, 0, 0, 0, 0, 0, 0, 0, 0]), "");
     assert_eq!(
         reason([40, 0, 0, 0, 0, 0, 60, 0, 0, 0]),
-        "starved, lists being short and the loaders at work on each"
+        "starved; lists are short, and the loaders work on each"
     );
 }
 
