@@ -218,8 +218,8 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
     );
 }
 
-/// Longest line of phases (characters).
-const TIME_LINE: usize = 100;
+/// Longest line of phases behind its label (characters).
+const TIME_LINE: usize = 100 - LABEL;
 
 pub(super) fn time_line(out: &mut String, t: &Timings) {
     let mut text = format!("{} (", si(t.total_seconds, "s"));
