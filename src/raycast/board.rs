@@ -48,7 +48,7 @@ enum Warming {
     /// Until the first command that ends at or after this cycle.
     Until(u64),
     /// It is over.
-    Over(WarmUp),
+    Over(Box<WarmUp>),
 }
 
 /// The board, looked at after every command.
@@ -63,7 +63,8 @@ impl Watched<'_> {
             let excluded = self.board.statistics();
             if excluded.cycles >= asked_cycles {
                 let excluded_links = self.board.link_statistics();
-                *self.warming = Warming::Over(WarmUp { asked_cycles, excluded, excluded_links });
+                let warm_up = WarmUp { asked_cycles, excluded, excluded_links };
+                *self.warming = Warming::Over(Box::new(warm_up));
             }
         }
     }
