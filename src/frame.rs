@@ -13,6 +13,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rtl_model::sim::FifoStatistics;
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::{
     self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
 };
-use crate::raycast::board::BoardCaster;
+use crate::raycast::board::{BoardCaster, WarmUp};
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::{CastError, Purpose, Query, RayCaster};
@@ -92,6 +93,8 @@ pub struct Frame {
     pub caster: &'static str,
     /// What the board counted, when it was the caster.
     pub board: Option<StatisticsByPurpose>,
+    /// What its queues counted.
+    pub links: Vec<FifoStatistics>,
     /// Wall times.
     pub timings: Timings,
     /// What the user should know.
@@ -113,6 +116,8 @@ pub struct Solved {
     pub caster: &'static str,
     /// What the board counted, when it was the caster.
     pub board: Option<StatisticsByPurpose>,
+    /// What its queues counted.
+    pub links: Vec<FifoStatistics>,
     /// Wall times.
     pub timings: Timings,
     /// What the user should know.
@@ -160,6 +165,10 @@ pub struct Simulated {
     pub mesh: Mesh,
     /// What the board counted.
     pub board: StatisticsByPurpose,
+    /// What its queues counted.
+    pub links: Vec<FifoStatistics>,
+    /// What was left out of these counts.
+    pub warm_up: Option<WarmUp>,
     /// Wall times.
     pub timings: Timings,
     /// What the user should know.
@@ -215,6 +224,7 @@ pub fn render_frame(
     Ok(Frame {
         caster: caster.name(),
         board: caster.statistics(),
+        links: caster.link_statistics(),
         scene,
         mesh,
         solution,
@@ -245,6 +255,7 @@ pub fn solve_scene(
     Ok(Solved {
         caster: caster.name(),
         board: caster.statistics(),
+        links: caster.link_statistics(),
         scene,
         mesh,
         solution,
@@ -287,27 +298,44 @@ pub fn probe_scene(
     Ok(Probed { caster: caster.name(), scene, mesh, irradiance, timings, warnings })
 }
 
+/// What a board is driven with.
+#[derive(Clone, Debug)]
+pub struct SimulateOptions {
+    /// Wanted elements, instead of the scene file's `[meshing]`.
+    pub elements: Option<u32>,
+    /// The board.
+    pub board: BoardSpec,
+    /// Which rays.
+    pub workload: Workload,
+    /// Leave commands out of all counts, up to the first that ends at or after this cycle; 0: none.
+    pub warm_up_cycles: u64,
+    /// Pass 1, where it runs.
+    pub solve: SolveOptions,
+    /// The picture whose rays these are.
+    pub picture: RenderOptions,
+}
+
 /// Drives the board with the rays of a workload.
 ///
 /// # Errors
-/// As [`render_frame`]; no camera only where camera rays are asked for.
+/// As [`render_frame`]; no camera only where camera rays are asked for; a warm-up that leaves nothing to count.
 pub fn simulate_scene(
     path: &Path,
-    elements: Option<u32>,
-    board: &BoardSpec,
-    workload: &Workload,
-    solve: &SolveOptions,
-    picture: &RenderOptions,
+    options: &SimulateOptions,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Simulated, FrameError> {
+    let SimulateOptions { elements, board, workload, warm_up_cycles, solve, picture } = options;
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, *elements, &mut timings)?;
     let origins: Vec<DVec3> = match workload {
         Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
         _ => Vec::new(),
     };
     let choice = CasterChoice::Board(Box::new(board.clone()));
     let mut emulated = timings.measure(choice.name(), || make_caster(&choice, &scene, &mesh, &origins))?;
+    if let Caster::Board(board) = &mut emulated {
+        board.warm_up(*warm_up_cycles);
+    }
     warn_of_lights(&mut scene, &mesh, &mut emulated);
     let mut warnings = scene.warnings.clone();
     let pass_1_options = PassOne::Solve(*solve);
@@ -352,7 +380,27 @@ pub fn simulate_scene(
             warnings.extend(warnings::back_faces(&scene, &rendering));
         }
     }
-    Ok(Simulated { board: emulated.statistics().unwrap_or_default(), scene, mesh, timings, warnings })
+    let counted = emulated.statistics().unwrap_or_default();
+    let warm_up = match &emulated {
+        Caster::Board(caster) if *warm_up_cycles > 0 => {
+            let all = caster.board().statistics();
+            let (cycles, commands) = (all.cycles, all.commands);
+            match caster.warmed_up().filter(|_| !counted.is_empty()) {
+                Some(warm_up) => Some(warm_up.clone()),
+                None => return Err(FrameError::AllWarmUp { asked: *warm_up_cycles, cycles, commands }),
+            }
+        }
+        _ => None,
+    };
+    Ok(Simulated {
+        board: counted,
+        links: emulated.link_statistics(),
+        warm_up,
+        scene,
+        mesh,
+        timings,
+        warnings,
+    })
 }
 
 /// Loads and meshes a scene, looks at it once through its camera, for warnings, and makes its patch memory for `board`.

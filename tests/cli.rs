@@ -179,6 +179,12 @@ fn render_without_output_names_writes_png_and_exr_of_the_scene() {
     assert!(report["board"].is_null());
 }
 
+/// 100 columns but for the line with the scene's path, 40 lines.
+fn fits_a_screen(text: &str) {
+    let narrow = |l: &str| l.chars().count() <= 100 || l.starts_with("scene") || l.contains(".toml");
+    assert!(text.lines().count() <= 40 && text.lines().all(narrow), "more than a screen:\n{text}");
+}
+
 #[test]
 fn render_with_the_board_prints_its_account_and_the_same_furnace() {
     let place = Place::new();
@@ -186,10 +192,14 @@ fn render_with_the_board_prints_its_account_and_the_same_furnace() {
     let mut args = vec!["render", furnace.as_str(), "--caster", "board", "-o", "b.exr", "--report", "r.json"];
     args.extend(SMALL);
     let run = place.exits(0, &args);
-    for word in ["cycles", "rays/s", "tests/cycle", "ICU utilisation", "busiest", "stalled", "25.0 MHz"] {
+    for word in
+        ["cycles", "rays/s", "tests/cycle", "ICU utilisation", "bound", "ASSUMED", "least work", "25.0 MHz"]
+    {
         assert!(run.stdout.contains(word), "'{word}' is missing in\n{}", run.stdout);
     }
-    assert!(run.stdout.lines().count() <= 24, "more than a screen:\n{}", run.stdout);
+    let (_, after) = run.stdout.split_once("\nboard ").unwrap();
+    let (board_part, _) = after.split_once("\npictures ").unwrap();
+    fits_a_screen(&format!("board {board_part}"));
     let board = &place.json("r.json")["board"];
     assert!(board["cycles"].as_u64().unwrap() > 0 && board["tests"].as_u64().unwrap() > 0);
     assert!(!board["blocks"].as_array().unwrap().is_empty());
@@ -335,7 +345,12 @@ fn simulate_reports_closed_stall_tables_for_every_workload() {
         args.extend(flags);
         args.extend(SMALL);
         let text = place.exits(0, &args).stdout;
-        assert!(text.contains("share of the cycles by cause"), "{name}\n{text}");
+        assert!(text.contains("% of the cycles") && text.contains("patch_loader       1 "), "{name}\n{text}");
+        fits_a_screen(&text);
+        args.push("--all-blocks");
+        let text = place.exits(0, &args).stdout;
+        assert!(text.contains("share of the cycles by cause, per block"), "{name}\n{text}");
+        assert!(text.contains("\ncluster0.module0.patch_loader "), "{name}\n{text}");
         let report = place.json("r.json");
         assert_eq!((&report["schema"], &report["workload"]), (&"radeng/simulate/1".into(), &name.into()));
         let cycles = report["cycles"].as_u64().unwrap();
@@ -347,7 +362,139 @@ fn simulate_reports_closed_stall_tables_for_every_workload() {
             let sum: u64 = causes.values().map(|n| n.as_u64().unwrap()).sum();
             assert_eq!(sum, cycles, "{name}: {}", block["block"]);
         }
+        let limits = report["bounds"]["limits"].as_array().unwrap();
+        assert!(limits.len() >= 12, "{name}: {limits:?}");
+        for limit in limits {
+            assert!(limit["cycles"].as_u64().unwrap() <= cycles, "{name}: {limit}");
+        }
+        assert!(report["energy"]["total_joules"].as_f64().unwrap() > 0.0, "{name}");
+        let links = report["links"].as_array().unwrap();
+        let on_the_host_side = 500 * report["commands"].as_u64().unwrap();
+        for link in links {
+            let bins = link["cycles_by_occupancy"].as_array().unwrap();
+            let sum: u64 = bins.iter().map(|n| n.as_u64().unwrap()).sum();
+            assert_eq!(sum, cycles - on_the_host_side, "{name}: {}", link["link"]);
+        }
+        assert!(links.len() > 10 && report["warm_up"].is_null(), "{name}");
     }
+}
+
+/// 16 clusters of two modules, one of everything, and what lies between.
+#[test]
+fn simulate_of_boards_of_all_sizes_fits_a_screen() {
+    let place = Place::new();
+    let cube = scene("lit-cube");
+    let large = "name = \"sixteen\"\n[clusters]\ncount = 16\nmodules = 4\n[dispatch]\nlow_resolution_min_bundles = 1\n";
+    std::fs::write(place.path("large.toml"), large).unwrap();
+    for board in ["delft-1992", "minimal", "large.toml"] {
+        let mut args = vec!["simulate", cube.as_str(), "--board", board, "--workload", "all"];
+        args.extend(SMALL);
+        let text = place.exits(0, &args).stdout;
+        fits_a_screen(&text);
+        for word in ["form factors", "of what they allow", "the rest:", "memory", "a ray", "least work"] {
+            assert!(text.contains(word), "'{word}' is missing for {board}\n{text}");
+        }
+        assert_eq!(text.contains("low res"), board != "minimal", "{text}");
+    }
+}
+
+#[test]
+fn warm_up_leaves_whole_commands_out_of_every_count() {
+    let place = Place::new();
+    let cube = scene("lit-cube");
+    let simulate = |extra: &[&str]| {
+        let mut args = vec!["simulate", cube.as_str(), "--board", "minimal", "--workload", "all"];
+        args.extend(SMALL);
+        args.extend(extra);
+        place.exits(0, &args).stdout
+    };
+    simulate(&["--report", "all.json"]);
+    let all = place.json("all.json");
+    let cycles = all["cycles"].as_u64().unwrap();
+    let asked = (cycles / 3).to_string();
+    let text = simulate(&["--warm-up", &asked, "--report", "rest.json"]);
+    assert!(text.contains("warm-up    not counted: the first "), "{text}");
+    let rest = place.json("rest.json");
+    let left_out = &rest["warm_up"];
+    assert_eq!(left_out["asked_cycles"], cycles / 3);
+    assert!(left_out["cycles"].as_u64() >= left_out["asked_cycles"].as_u64());
+    for count in ["cycles", "commands", "rays", "tests"] {
+        let of = |report: &Value| report[count].as_u64().unwrap();
+        assert!(of(left_out) > 0 && of(&rest) > 0, "{count}: {left_out}");
+        assert_eq!(of(left_out) + of(&rest), of(&all), "{count}");
+    }
+    let sum = |report: &Value, list: &str, table: &str| -> u64 {
+        let cycles = &report[list][0][table];
+        match cycles {
+            Value::Array(bins) => bins.iter().map(|n| n.as_u64().unwrap()).sum(),
+            causes => causes.as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum(),
+        }
+    };
+    assert_eq!(sum(&rest, "blocks", "cycles"), rest["cycles"].as_u64().unwrap(), "accounts are closed");
+    let commands = |report: &Value| 500 * report["commands"].as_u64().unwrap();
+    assert_eq!(
+        sum(&rest, "links", "cycles_by_occupancy"),
+        rest["cycles"].as_u64().unwrap() - commands(&rest),
+        "so are the queues' histograms"
+    );
+    // Nothing is left after the last command.
+    let mut args = vec!["simulate", cube.as_str(), "--board", "minimal", "--workload", "all"];
+    args.extend(SMALL);
+    let more = cycles.to_string();
+    args.extend(["--warm-up", &more]);
+    place.refused(&args, &format!("--warm-up {cycles}: the whole workload takes {cycles} cycles"));
+}
+
+#[test]
+fn compare_of_reports_says_what_changed_and_exits_by_its_threshold() {
+    let place = Place::new();
+    let cube = scene("lit-cube");
+    let simulate = |board: &str, report: &str| {
+        let mut args = vec!["simulate", cube.as_str(), "--board", board, "--report", report];
+        args.extend(SMALL);
+        place.exits(0, &args);
+    };
+    std::fs::write(place.path("wide.toml"), "name = \"delft-1992\"\n[bus]\nwidth_bits = 64\n").unwrap();
+    std::fs::write(place.path("grid.toml"), "name = \"delft-1992\"\npartition = \"grid\"\n").unwrap();
+    simulate("delft-1992", "a.json");
+    simulate("delft-1992", "again.json");
+    simulate("wide.toml", "wide.json");
+    simulate("grid.toml", "grid.json");
+    let same = place.exits(0, &["compare", "a.json", "again.json", "--threshold", "0"]).stdout;
+    assert!(same.contains("canonical counters are equal") && same.contains("no parameter differs"), "{same}");
+    let wide = place.exits(0, &["compare", "a.json", "wide.json"]).stdout;
+    for part in ["canonical counters are equal", "bus.width_bits", "32 -> 64", "bus_up_cycles", "points"] {
+        assert!(wide.contains(part), "'{part}' is missing in\n{wide}");
+    }
+    let over = place.run(&["compare", "a.json", "wide.json", "--threshold", "0.01", "--report", "d.json"]);
+    assert_eq!(over.status, 1, "{}{}", over.stdout, over.stderr);
+    let report = place.json("d.json");
+    assert_eq!((&report["schema"], &report["passed"]), (&"radeng/compare-runs/1".into(), &false.into()));
+    assert_eq!(report["counters"][0]["counter"], "cycles");
+    let grid = place.exits(0, &["compare", "a.json", "grid.json"]).stdout;
+    assert!(
+        grid.contains("because these differ: partition") && grid.contains("shells+static -> grid"),
+        "{grid}"
+    );
+
+    std::fs::write(place.path("half.json"), &std::fs::read(place.path("a.json")).unwrap()[..999]).unwrap();
+    std::fs::write(place.path("other.json"), "{\"schema\": \"radeng/probe/1\"}").unwrap();
+    std::fs::write(place.path("noise.json"), [0u8, 159, 146, 150]).unwrap();
+    write_exr(&place, "a.exr", vec![Rgb::WHITE; 4]);
+    std::fs::create_dir(place.path("folder.json")).unwrap();
+    place.refused(&["compare", "a.json", "half.json"], "half.json: no JSON, or damaged: EOF");
+    place.refused(&["compare", "a.json", "other.json"], "other.json: a report with schema radeng/probe/1");
+    place.refused(&["compare", "noise.json", "a.json"], "noise.json: not UTF-8 text");
+    place.refused(&["compare", "a.json", "none.json"], "none.json: no such file, expected a JSON report");
+    place.refused(&["compare", "folder.json", "a.json"], "folder.json: is a directory");
+    place.refused(&["compare", "a.json", "a.exr"], "a.json and a.exr: a picture and a report");
+    place.refused(&["compare", "a.json", "a.json", "--threshold", "-1"], "a share of each counter");
+    place.refused(&["compare", "a.json", "again.json", "--report", "a.json"], "would replace the input");
+    let mut args = vec!["solve", cube.as_str(), "-o", "c.radsol", "--elements", "96", "--caster", "board"];
+    args.extend(["--report", "solve.json"]);
+    place.exits(0, &args);
+    place.refused(&["compare", "a.json", "solve.json"], "two kinds, radeng/simulate/1 and radeng/solve/1");
+    place.exits(0, &["compare", "solve.json", "solve.json", "--threshold", "0"]);
 }
 
 #[test]
@@ -360,7 +507,7 @@ fn info_shows_scenes_and_boards() {
     }
     for name in ["delft-1992", "minimal"] {
         let text = place.exits(0, &["info", name]).stdout;
-        for word in ["coord_frac_bits", "[I]", "largest magnitude"] {
+        for word in ["coord_frac_bits", "[I]", "largest magnitude", "peak rates", "energy.test_pj"] {
             assert!(text.contains(word), "'{word}' is missing in\n{text}");
         }
     }

@@ -100,6 +100,7 @@ pub struct Board {
     given_up: Option<(u64, String)>,
     /// Cycles that passed on the host's side of an interrupt.
     interrupt_cycles: u64,
+    commands: u64,
     counters: CanonicalCounters,
     dispatcher: Dispatcher,
     fetches: Fifo<FetchRequest>,
@@ -175,6 +176,7 @@ impl Board {
             now: 0,
             given_up: None,
             interrupt_cycles: 0,
+            commands: 0,
             counters: CanonicalCounters::default(),
         };
         let mut number = 0;
@@ -333,6 +335,7 @@ impl Board {
         observer.event(self.now, EventKind::Command, 0, CommandMark::End as u32);
         let after = self.spec.bus.interrupt_cycles + self.spec.dispatch.host_cycles_per_command;
         self.interrupt_cycles += after;
+        self.commands += 1;
         self.accounts.end_run(self.now, after);
         self.clusters.iter_mut().for_each(|c| c.end_run(self.now, after));
         Ok(command)
@@ -550,6 +553,7 @@ impl Board {
         let [bus_down_cycles, bus_up_cycles] = self.host_link.bus_cycles();
         BoardStatistics {
             cycles: self.now + self.interrupt_cycles,
+            commands: self.commands,
             canonical: self.counters,
             bus_down_bytes,
             bus_up_bytes,

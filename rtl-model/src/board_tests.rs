@@ -213,6 +213,7 @@ fn assert_board_equals_functional(spec: &BoardSpec, seed: u64) -> Result<(), Tes
             prop_assert_eq!(buffer.accesses * 64, patch.bytes + list.bytes + mask.bytes);
         }
         prop_assert!(counted.cycles > 0 && !counted.blocks.is_empty());
+        prop_assert_eq!(counted.commands, 1);
         for block in &counted.blocks {
             prop_assert_eq!(block.total(), counted.cycles, "account of {} is not closed", &block.block);
         }

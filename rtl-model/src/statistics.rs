@@ -10,6 +10,8 @@ use crate::sim::{BlockAccount, Cause};
 pub struct BoardStatistics {
     /// Board clock cycles.
     pub cycles: u64,
+    /// Commands that the host gave.
+    pub commands: u64,
     /// Work that no timing choice changes.
     pub canonical: CanonicalCounters,
     /// Bytes from host to board.
@@ -64,6 +66,7 @@ impl BoardStatistics {
         }
         BoardStatistics {
             cycles: f(self.cycles, other.cycles),
+            commands: f(self.commands, other.commands),
             canonical: self.canonical.combine(&other.canonical, f),
             bus_down_bytes: f(self.bus_down_bytes, other.bus_down_bytes),
             bus_up_bytes: f(self.bus_up_bytes, other.bus_up_bytes),

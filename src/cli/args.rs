@@ -55,7 +55,7 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Check the board bit for bit against a floating-point oracle, and measure it against software
     Verify(VerifyArgs),
-    /// Compare two EXR pictures: how many pixels differ, and by how much
+    /// Compare two EXR pictures, or two reports of runs on the board: what differs, and by how much
     Compare(CompareArgs),
     /// Show a scene or a board, resolved, with sizes and memory
     Info(InfoArgs),
@@ -244,6 +244,7 @@ pub enum WorkloadArg {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   radeng simulate scenes/cornell-box/scene.toml --workload primary --width 256 --height 256
+  radeng simulate scene.toml --warm-up 50000 --report warm.json
   radeng simulate scene.toml --board my-board.toml --workload all --report run.json
   radeng simulate scene.toml --rays rays.csv           rays in metres through a scene
   radeng simulate --rays vectors.csv --board minimal   test vectors: no scene, no renderer
@@ -284,6 +285,13 @@ pub struct SimulateArgs {
     /// The picture whose rays these are.
     #[command(flatten)]
     pub picture: PictureArgs,
+    /// Count only what comes after the first command that ends at or after board cycle N: whole commands are left out of
+    /// every count and of the queues' histograms, caches and open rows stay as they left them
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub warm_up: Option<u64>,
+    /// Print the causes of every block, not of each kind of block
+    #[arg(long)]
+    pub all_blocks: bool,
     /// Write a JSON report (radeng/simulate/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
@@ -372,17 +380,24 @@ pub struct VerifyArgs {
 #[command(after_help = "Examples:
   radeng compare software.exr board.exr
   radeng compare before.exr after.exr --threshold 0.05      exit status 1 when a pixel differs by more than 5 %
+  radeng compare before.json after.json                     which counters of two runs on the board changed
+  radeng compare before.json after.json --threshold 0       exit status 1 when any counter changed
 
-A pixel's difference is that of its worst channel; shares are of A's mean luminance.")]
+Pictures: a pixel's difference is that of its worst channel; shares are of A's mean luminance.
+
+Reports: two of simulate, two of render or two of solve, with a board. Canonical work comes first: rays, cells, tests \
+    and hits depend on scene, rays, formats, grid, partition and shells alone; where they changed, what of these differs \
+    is named.")]
 pub struct CompareArgs {
-    /// The reference (.exr)
+    /// The reference (.exr, or .json)
     pub a: PathBuf,
-    /// The picture to compare with it (.exr)
+    /// What is compared with it, of the same kind
     pub b: PathBuf,
-    /// Exit with status 1 when a pixel differs by more than this share of A's mean luminance
+    /// Exit with status 1 when a pixel differs by more than this share of A's mean luminance, or a counter by more than
+    /// this share of its value in A
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub threshold: Option<f64>,
-    /// Write a JSON report (radeng/compare/1)
+    /// Write a JSON report (radeng/compare/1, of reports radeng/compare-runs/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
 }

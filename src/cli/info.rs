@@ -48,6 +48,7 @@ fn board_text(spec: &BoardSpec) -> String {
     for p in &parameters {
         let _ = writeln!(out, "{:<name$}  {:<value$}  {}", p.name, p.value, p.source);
     }
+    derived(&mut out, spec);
     let divider = spec.divider();
     if let Some(unit) = &divider {
         let icu = spec.icu_timing();
@@ -69,6 +70,70 @@ fn board_text(spec: &BoardSpec) -> String {
         let _ = writeln!(out, "{:<wire$}  {:>4}  {:>8}  {}", w.wire, w.bits, w.frac_bits, w.max_magnitude);
     }
     out
+}
+
+/// What follows from the parameters: rays and lists at once, masks, and the most that each unit could do.
+fn derived(out: &mut String, spec: &BoardSpec) {
+    let c = &spec.clusters;
+    let modules = c.count * c.modules;
+    let hz = spec.clock_mhz * 1e6;
+    let mut row = |name: &str, text: String| {
+        let _ = writeln!(out, "{name:<12}  {text}");
+    };
+    row(
+        "\nderived",
+        format!(
+            " {} clusters, {modules} modules with an ICU each, {} CTUs",
+            c.count,
+            modules * c.ctus_per_icu
+        ),
+    );
+    let contexts = modules * c.ctus_per_icu * spec.ctu.contexts;
+    let (slots, lists) = (c.count * c.bundle_slots, modules * spec.loader.slots);
+    let inside = if spec.partition.is_shells() { "steps in the CTUs" } else { "rays in the CTUs" };
+    row("at once", format!("{slots} bundles, {contexts} {inside}, {lists} cell lists"));
+    // So many patches that rounding up to whole lines does not show.
+    const MANY: u32 = 1 << 20;
+    let mask_bytes = spec.mask_bytes(MANY) / u64::from(MANY);
+    if mask_bytes > 0 {
+        row(
+            "masks",
+            format!(
+                "{mask_bytes} B of patch memory a patch: a line for 4 patches, a bundle slot and a module"
+            ),
+        );
+    }
+    let tests = hz * f64::from(modules) / f64::from(spec.icu_timing().initiation_interval);
+    let steps = hz * f64::from(modules * c.ctus_per_icu) / f64::from(spec.ctu.initiation_interval);
+    row(
+        "peak rates",
+        format!(
+            "{}, {}, {} expanded",
+            si(tests, "tests/s"),
+            si(steps, "steps/s"),
+            si(hz * f64::from(c.count), "rays/s")
+        ),
+    );
+    let d = &spec.dram;
+    let line = |first: u32| hz / f64::from(first + rtl_model::memory::LINE_BYTES * 8 / d.width_bits);
+    let bytes_of = |lines: f64| si(lines * f64::from(rtl_model::memory::LINE_BYTES), "B/s");
+    row(
+        "DRAM",
+        format!(
+            "{} = {} from open rows, {} = {} from closed ones",
+            si(line(d.row_hit_cycles), "lines/s"),
+            bytes_of(line(d.row_hit_cycles)),
+            si(line(d.row_miss_cycles), "lines/s"),
+            bytes_of(line(d.row_miss_cycles))
+        ),
+    );
+    let b = &spec.bus;
+    let words = f64::from(b.burst_bytes * 8 / b.width_bits);
+    let burst = f64::from(b.burst_bytes) * b.clock_mhz * 1e6 / (words + f64::from(b.arbitration_cycles));
+    let wire = f64::from(b.width_bits / 8) * b.clock_mhz * 1e6;
+    row("host bus", format!("{} in full bursts, {} without arbitration", si(burst, "B/s"), si(wire, "B/s")));
+    let overhead = b.dma_setup_cycles + b.interrupt_cycles + spec.dispatch.host_cycles_per_command;
+    row("command", format!("{overhead} cycles = {} beside its work", si(overhead as f64 / hz, "s")));
 }
 
 fn scene_text(inspected: &Inspected) -> String {
@@ -197,6 +262,28 @@ mod tests {
         let newton = text("[division]\nunit = \"newton\"");
         assert!(newton.contains("division: latency 11 cycles, initiation interval 1 cycles"), "{newton}");
         assert!(newton.contains("\ndiv_reciprocal "), "{newton}");
+    }
+
+    #[test]
+    fn board_text_derives_rates_and_masks_by_hand() {
+        let text = board_text(&BoardSpec::preset("delft-1992").unwrap());
+        for part in [
+            "4 clusters, 4 modules with an ICU each, 16 CTUs",
+            "16 bundles, 256 steps in the CTUs, 32 cell lists",
+            // 16 B x 4 clusters x 1 module x 4 slots.
+            "256 B of patch memory a patch",
+            "100 Mtests/s, 400 Msteps/s, 100 Mrays/s expanded",
+            // 25 MHz / (2 + 16), / (6 + 16) cycles a line of 64 B.
+            "1.39 Mlines/s = 88.9 MB/s from open rows, 1.14 Mlines/s = 72.7 MB/s",
+            // 64 B in 16 + 4 cycles of 40 ns.
+            "80.0 MB/s in full bursts, 100 MB/s without",
+            "550 cycles = 22.0 us",
+        ] {
+            assert!(text.contains(part), "'{part}' is missing in\n{text}");
+        }
+        let minimal = board_text(&BoardSpec::preset("minimal").unwrap());
+        assert!(minimal.contains("1 bundles, 1 rays in the CTUs, 1 cell lists"), "{minimal}");
+        assert!(!minimal.contains("\nmasks"), "{minimal}");
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rtl_model::sim::FifoStatistics;
+
 use super::args::RenderArgs;
 use super::plan;
 use super::progress::Bars;
@@ -93,7 +95,7 @@ fn document(
             loaded_from(&options.pass_1),
             summarise(&frame.scene, &frame.mesh, &frame.solution),
         ),
-        board: board_report(options, frame.board.as_ref()),
+        board: board_report(options, frame.board.as_ref(), &frame.links),
         timings: frame.timings.clone(),
         warnings: frame.warnings.clone(),
     }
@@ -111,7 +113,8 @@ pub(super) fn loaded_from(pass_1: &PassOne) -> Option<std::path::PathBuf> {
 pub(super) fn board_report(
     options: &FrameOptions,
     statistics: Option<&frame::StatisticsByPurpose>,
+    links: &[FifoStatistics],
 ) -> Option<BoardReport> {
     let (CasterChoice::Board(spec), Some(statistics)) = (&options.caster, statistics) else { return None };
-    Some(BoardReport::new(spec, statistics))
+    Some(BoardReport::new(spec, statistics, links))
 }

@@ -7,9 +7,9 @@ use super::args::{ReconstructArg, SimulateArgs, WorkloadArg};
 use super::progress::Bars;
 use super::rays::read_rays;
 use super::{CliError, Outcome, plan, render, vectors};
-use crate::frame::{self, Workload};
+use crate::frame::{self, SimulateOptions, Workload};
 use crate::image::OutputFiles;
-use crate::report::{self, BoardReport, SceneFacts, SimulateReport};
+use crate::report::{self, BoardReport, SceneFacts, SimulateReport, WarmUpReport};
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
     let scene = match (&args.scene, &args.rays) {
@@ -39,7 +39,15 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
 
     let mut bars = Bars::new(solve.unshot_share, render::n_camera_rays(&picture));
     let show = &mut |p| bars.show(p);
-    let run = frame::simulate_scene(scene, args.elements, &board, &workload, &solve, &picture, show)?;
+    let options = SimulateOptions {
+        elements: args.elements,
+        board,
+        workload,
+        warm_up_cycles: args.warm_up.unwrap_or(0),
+        solve,
+        picture,
+    };
+    let run = frame::simulate_scene(scene, &options, show)?;
     bars.finish();
 
     let report = SimulateReport {
@@ -48,9 +56,10 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         workload: name,
         rays_file: args.rays.clone(),
         vectors: None,
-        options: Some(picture),
-        solve_options: Some(solve),
-        board: BoardReport::new(&board, &run.board),
+        warm_up: run.warm_up.as_ref().map(WarmUpReport::new),
+        options: Some(options.picture),
+        solve_options: Some(options.solve),
+        board: BoardReport::new(&options.board, &run.board, &run.links),
         timings: run.timings,
         warnings: run.warnings,
     };
@@ -59,6 +68,6 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         files.stage(path, report::to_json(&report));
         files.commit()?;
     }
-    let text = report::terminal::simulate_summary(&report);
+    let text = report::terminal::simulate_summary(&report, args.all_blocks);
     Ok(Outcome { text, warnings: report.warnings, check_failed: false })
 }

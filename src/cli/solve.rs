@@ -55,7 +55,7 @@ fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {
             loaded_from(&options.pass_1),
             summarise(&solved.scene, &solved.mesh, &solved.solution),
         ),
-        board: board_report(options, solved.board.as_ref()),
+        board: board_report(options, solved.board.as_ref(), &solved.links),
         timings: solved.timings.clone(),
         warnings: solved.warnings.clone(),
     }

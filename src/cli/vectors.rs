@@ -34,7 +34,8 @@ pub(super) fn read_bytes(path: &Path, expected: &str) -> Result<Vec<u8>, CliErro
 
 /// Flags of `simulate` that mean nothing without a scene.
 fn check_flags(args: &SimulateArgs) -> Result<(), CliError> {
-    let of_scenes = ["elements", "seed", "dense_visibility", "width", "height", "samples", "shadow_strata"];
+    let of_scenes =
+        ["elements", "seed", "dense_visibility", "width", "height", "samples", "shadow_strata", "warm_up"];
     let unused = of_scenes.into_iter().filter(|id| args.given.has(id));
     let unused: Vec<String> = unused.map(|id| format!("--{}", id.replace('_', "-"))).collect();
     match unused.as_slice() {
@@ -106,9 +107,10 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         workload: "vectors",
         rays_file: Some(path.to_owned()),
         vectors: Some(VectorsReport::new(&vectors, &check)),
+        warm_up: None,
         options: None,
         solve_options: None,
-        board: BoardReport::of_total(&check.spec, &check.statistics),
+        board: BoardReport::of_total(&check.spec, &check.statistics, &check.links),
         timings,
         warnings,
     };
@@ -125,7 +127,7 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         text.push_str(&vectors_text::again(path, &args.board));
     }
     text.push('\n');
-    text.push_str(&report::terminal::simulate_summary(&report));
+    text.push_str(&report::terminal::simulate_summary(&report, args.all_blocks));
     Ok(Outcome { text, warnings: report.warnings, check_failed: !check.passed() })
 }
 

@@ -5,6 +5,7 @@
 //! RoutedCaster: rays of one purpose --> one caster, all others --> another
 //! ```
 
+use rtl_model::sim::FifoStatistics;
 use rtl_model::spec::BoardSpec;
 use serde::{Deserialize, Serialize};
 
@@ -80,6 +81,14 @@ impl Caster {
         match self {
             Caster::Software(_) => None,
             Caster::Board(caster) => Some(caster.statistics()),
+        }
+    }
+
+    /// What the board's queues counted so far; none for software.
+    pub fn link_statistics(&self) -> Vec<FifoStatistics> {
+        match self {
+            Caster::Software(_) => Vec::new(),
+            Caster::Board(caster) => caster.link_statistics(),
         }
     }
 }

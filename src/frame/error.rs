@@ -57,6 +57,19 @@ pub enum FrameError {
         /// The surface.
         surface: String,
     },
+    /// Everything was warm-up.
+    #[error(
+        "--warm-up {asked}: the whole workload takes {cycles} cycles in {commands} commands, and counting begins after \
+         the command in which the warm-up ends: nothing is left to count"
+    )]
+    AllWarmUp {
+        /// Cycles that were asked for.
+        asked: u64,
+        /// Cycles of the whole workload.
+        cycles: u64,
+        /// Its commands.
+        commands: u64,
+    },
     /// The mesh would be absurdly large.
     #[error(
         "{path}: the mesh would have {n} elements, at most {limit} are possible: ask for fewer or larger elements, \

@@ -5,12 +5,14 @@
 //! Query --quantized.rs--> RayWords | BundleWords --rtl_model::board::Board, cycle by cycle--> HitWords | bits
 //! ```
 //! Rays go down as they come: explicit rays as records, bundles as descriptors that the board expands itself.
+//! A warm-up leaves the first commands out of every count: those up to the first that ends at or after a given cycle.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use rtl_model::board::{Board, BoardError, Work};
 use rtl_model::datapath::HitWords;
+use rtl_model::sim::FifoStatistics;
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
 
@@ -24,15 +26,61 @@ pub struct BoardCaster {
     quantizer: Quantizer,
     board: Board,
     by_purpose: BTreeMap<Purpose, BoardStatistics>,
+    warming: Warming,
 }
 
-impl Tracer for Board {
+/// Commands that were left out of every count.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WarmUp {
+    /// Cycles that were asked for.
+    pub asked_cycles: u64,
+    /// What the board counted in it.
+    pub excluded: BoardStatistics,
+    /// What its queues counted in it.
+    pub excluded_links: Vec<FifoStatistics>,
+}
+
+#[derive(Clone, Debug, Default)]
+enum Warming {
+    /// Everything counts.
+    #[default]
+    None,
+    /// Until the first command that ends at or after this cycle.
+    Until(u64),
+    /// It is over.
+    Over(Box<WarmUp>),
+}
+
+/// The board, looked at after every command.
+struct Watched<'a> {
+    board: &'a mut Board,
+    warming: &'a mut Warming,
+}
+
+impl Watched<'_> {
+    fn end_warm_up(&mut self) {
+        if let Warming::Until(asked_cycles) = *self.warming {
+            let excluded = self.board.statistics();
+            if excluded.cycles >= asked_cycles {
+                let excluded_links = self.board.link_statistics();
+                let warm_up = WarmUp { asked_cycles, excluded, excluded_links };
+                *self.warming = Warming::Over(Box::new(warm_up));
+            }
+        }
+    }
+}
+
+impl Tracer for Watched<'_> {
     fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
-        Board::trace_nearest(self, work)
+        let hits = self.board.trace_nearest(work)?;
+        self.end_warm_up();
+        Ok(hits)
     }
 
     fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
-        Board::trace_any(self, work)
+        let hits = self.board.trace_any(work)?;
+        self.end_warm_up();
+        Ok(hits)
     }
 }
 
@@ -49,7 +97,7 @@ impl BoardCaster {
     ) -> Result<BoardCaster, CastError> {
         let (quantizer, image) = quantized::load(spec, patches, extra_points)?;
         let board = Board::new(spec, image).map_err(|e| CastError::Board(e.to_string()))?;
-        Ok(BoardCaster { quantizer, board, by_purpose: BTreeMap::new() })
+        Ok(BoardCaster { quantizer, board, by_purpose: BTreeMap::new(), warming: Warming::None })
     }
 
     /// Scene space to words.
@@ -62,25 +110,62 @@ impl BoardCaster {
         &self.board
     }
 
-    /// What the board counted for each purpose that rays were cast for, in the order of [`Purpose`].
+    /// Leaves commands out of all counts, up to the first that ends at or after board cycle `cycles`.
+    ///
+    /// # Panics
+    /// When rays were cast already.
+    pub fn warm_up(&mut self, cycles: u64) {
+        assert!(self.by_purpose.is_empty(), "a warm-up comes first");
+        self.warming = if cycles == 0 { Warming::None } else { Warming::Until(cycles) };
+    }
+
+    /// What was left out; `None` without a warm-up, or while it lasts.
+    pub fn warmed_up(&self) -> Option<&WarmUp> {
+        match &self.warming {
+            Warming::Over(warm_up) => Some(warm_up),
+            Warming::None | Warming::Until(_) => None,
+        }
+    }
+
+    /// What the board counted after its warm-up for each purpose that rays were cast for, in the order of [`Purpose`].
     pub fn statistics(&self) -> Vec<(Purpose, BoardStatistics)> {
         self.by_purpose.iter().map(|(p, s)| (*p, s.clone())).collect()
+    }
+
+    /// What the board's queues counted after its warm-up.
+    pub fn link_statistics(&self) -> Vec<FifoStatistics> {
+        let now = self.board.link_statistics();
+        match self.warmed_up() {
+            Some(warm_up) => {
+                now.iter().zip(&warm_up.excluded_links).map(|(now, before)| now.since(before)).collect()
+            }
+            None => now,
+        }
     }
 
     /// Runs `work` and books what the board counted meanwhile.
     fn booked<T>(
         &mut self,
         purpose: Purpose,
-        work: impl FnOnce(&Quantizer, &mut Board) -> Result<T, CastError>,
+        work: impl FnOnce(&Quantizer, &mut Watched<'_>) -> Result<T, CastError>,
     ) -> Result<T, CastError> {
-        let before = self.board.statistics();
-        let answer = work(&self.quantizer, &mut self.board);
+        let mut before = self.board.statistics();
+        let was_over = self.warmed_up().is_some();
+        let mut watched = Watched { board: &mut self.board, warming: &mut self.warming };
+        let answer = work(&self.quantizer, &mut watched);
+        match &self.warming {
+            Warming::Until(_) => return answer,
+            Warming::Over(warm_up) if !was_over => before = warm_up.excluded.clone(),
+            Warming::Over(_) | Warming::None => {}
+        }
         let spent = self.board.statistics().since(&before);
-        let sum = match self.by_purpose.get(&purpose) {
-            Some(earlier) => earlier.plus(&spent),
-            None => spent,
-        };
-        self.by_purpose.insert(purpose, sum);
+        if spent.commands > 0 {
+            let sum = match self.by_purpose.get(&purpose) {
+                Some(earlier) => earlier.plus(&spent),
+                None => spent,
+            };
+            self.by_purpose.insert(purpose, sum);
+        }
         answer
     }
 }

@@ -1,16 +1,21 @@
-//! What the emulated board did: totals, throughput, memory levels, the closed stall table, the same by purpose.
+//! What the emulated board did: totals, throughput, limits, energy, memory levels, queues, the closed stall table, the
+//! same by purpose.
 //!
 //! ```text
-//! BoardSpec, [(Purpose, BoardStatistics)] --> BoardReport        total = sum over the purposes
+//! BoardSpec, [(Purpose, BoardStatistics)], [FifoStatistics] --> BoardReport        total = sum over the purposes
 //! seconds_at_clock = cycles / clock        icu_utilisation = work cycles of all ICUs / (cycles * ICUs)
 //! ```
 
-use rtl_model::sim::{BlockAccount, Cause};
+use rtl_model::functional::LowResolutionWork;
+use rtl_model::sim::{BlockAccount, Cause, FifoStatistics};
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::{BoardStatistics, LevelStatistics};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use super::bounds::Bounds;
+use super::energy::Energy;
+use super::groups::kind;
 use super::si;
 use crate::raycast::Purpose;
 
@@ -22,10 +27,16 @@ pub struct BoardReport {
     /// Everything the board did.
     #[serde(flatten)]
     pub total: Counts,
+    /// How few cycles each resource could have done with, and what kept the board from the tightest.
+    pub bounds: Bounds,
+    /// Energy by ASSUMED costs.
+    pub energy: Energy,
     /// Bytes delivered and fetches missed, level by level from the ICU outward.
     pub levels: Vec<LevelStatistics>,
     /// The stall table of every block.
     pub blocks: Vec<BlockReport>,
+    /// What every queue counted; cycles on the host's side of interrupts are none of theirs.
+    pub links: Vec<LinkReport>,
     /// The same counts for each purpose that rays were cast for.
     pub by_purpose: Vec<PurposeReport>,
 }
@@ -35,6 +46,8 @@ pub struct BoardReport {
 pub struct Counts {
     /// Board clock cycles.
     pub cycles: u64,
+    /// Commands that the host gave.
+    pub commands: u64,
     /// Cycles over the clock frequency (s).
     pub seconds_at_clock: f64,
     /// Bundles traced.
@@ -49,10 +62,20 @@ pub struct Counts {
     pub tests: u64,
     /// Rays that hit.
     pub hits: u64,
+    /// The low-resolution cast that finds the static partition; none of it is in the counts above.
+    pub low_resolution: LowResolutionWork,
+    /// Times that the partition was cut anew.
+    pub rebalances: u64,
     /// Bytes from host to board.
     pub bus_down_bytes: u64,
     /// Bytes from board to host.
     pub bus_up_bytes: u64,
+    /// Bus cycles of transfers from host to board, their arbitration included.
+    pub bus_down_cycles: u64,
+    /// Bus cycles of transfers from board to host, their arbitration included.
+    pub bus_up_cycles: u64,
+    /// Cycles in which the DRAM was occupied.
+    pub dram_busy_cycles: u64,
     /// Rays per second of board time.
     pub rays_per_second_at_clock: f64,
     /// Tests per cycle of the whole board.
@@ -69,6 +92,28 @@ pub struct PurposeReport {
     /// What it took.
     #[serde(flatten)]
     pub counts: Counts,
+}
+
+/// What one queue counted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LinkReport {
+    /// Counts.
+    #[serde(flatten)]
+    pub counted: FifoStatistics,
+    /// Mean number of tokens inside.
+    pub mean_occupancy: f64,
+    /// Share of the cycles at whose end it was full (of a deep one: in its last bin).
+    pub full_share: f64,
+}
+
+impl LinkReport {
+    fn new(counted: &FifoStatistics) -> LinkReport {
+        LinkReport {
+            counted: counted.clone(),
+            mean_occupancy: counted.mean_occupancy(),
+            full_share: counted.full_share(),
+        }
+    }
 }
 
 /// The closed account of one block, by name of the cause.
@@ -94,10 +139,6 @@ impl Serialize for CauseTable {
     }
 }
 
-/// The causes that keep a block from work that it holds. `starved`, `idle`, `fill`, `drain` are no stalls: there
-/// the block holds nothing.
-const STALLS: [Cause; 5] = [Cause::OutputFull, Cause::Resource, Cause::CacheMiss, Cause::Memory, Cause::Bus];
-
 impl CauseTable {
     /// Cycles of one cause.
     pub fn of(&self, cause: Cause) -> u64 {
@@ -107,18 +148,6 @@ impl CauseTable {
     /// Cycles of all causes.
     pub fn total(&self) -> u64 {
         self.0.iter().sum()
-    }
-
-    /// Cycles in which the block held work and could not go on.
-    pub fn stalled(&self) -> u64 {
-        STALLS.iter().map(|c| self.of(*c)).sum()
-    }
-
-    /// The stall with most cycles; `None` when there was none.
-    pub fn leading_stall(&self) -> Option<(Cause, u64)> {
-        // The first of equals: causes stand in order of precedence.
-        let all = STALLS.iter().map(|c| (*c, self.of(*c)));
-        all.reduce(|best, next| if next.1 > best.1 { next } else { best }).filter(|(_, n)| *n > 0)
     }
 }
 
@@ -132,10 +161,11 @@ impl Counts {
     pub fn new(spec: &BoardSpec, statistics: &BoardStatistics) -> Counts {
         let s = statistics;
         let seconds = if spec.clock_mhz > 0.0 { s.cycles as f64 / (spec.clock_mhz * 1e6) } else { 0.0 };
-        let icus = || s.blocks.iter().filter(|b| is_icu(b));
+        let icus = || s.blocks.iter().filter(|b: &&BlockAccount| kind(&b.block) == "icu");
         let icu_work: u64 = icus().map(|b| CauseTable(b.cycles).of(Cause::Work)).sum();
         Counts {
             cycles: s.cycles,
+            commands: s.commands,
             seconds_at_clock: seconds,
             bundles: s.canonical.bundles,
             rays: s.canonical.rays,
@@ -143,8 +173,13 @@ impl Counts {
             list_entries: s.canonical.list_entries,
             tests: s.canonical.tests,
             hits: s.canonical.hits,
+            low_resolution: s.canonical.low_resolution,
+            rebalances: s.rebalances,
             bus_down_bytes: s.bus_down_bytes,
             bus_up_bytes: s.bus_up_bytes,
+            bus_down_cycles: s.bus_down_cycles,
+            bus_up_cycles: s.bus_up_cycles,
+            dram_busy_cycles: s.dram_busy_cycles,
             rays_per_second_at_clock: if seconds > 0.0 { s.canonical.rays as f64 / seconds } else { 0.0 },
             tests_per_cycle: si::share(s.canonical.tests, s.cycles),
             icu_utilisation: si::share(icu_work, s.cycles * icus().count() as u64),
@@ -152,26 +187,25 @@ impl Counts {
     }
 }
 
-fn is_icu(block: &BlockAccount) -> bool {
-    block
-        .block
-        .rsplit('.')
-        .next()
-        .is_some_and(|name| name.trim_end_matches(|c: char| c.is_ascii_digit()) == "icu")
-}
-
 impl BoardReport {
-    /// The report of a board of `spec` that counted `by_purpose`.
-    pub fn new(spec: &BoardSpec, by_purpose: &[(Purpose, BoardStatistics)]) -> BoardReport {
+    /// The report of a board of `spec` that counted `by_purpose`, in its queues `links`.
+    pub fn new(
+        spec: &BoardSpec,
+        by_purpose: &[(Purpose, BoardStatistics)],
+        links: &[FifoStatistics],
+    ) -> BoardReport {
         let sum = total(by_purpose);
         BoardReport {
             spec: spec.clone(),
             total: Counts::new(spec, &sum),
+            bounds: Bounds::new(spec, &sum),
+            energy: Energy::new(spec, &sum),
             blocks: sum
                 .blocks
                 .iter()
                 .map(|b| BlockReport { block: b.block.clone(), cycles: CauseTable(b.cycles) })
                 .collect(),
+            links: links.iter().map(LinkReport::new).collect(),
             levels: sum.memory,
             by_purpose: by_purpose
                 .iter()
@@ -181,26 +215,21 @@ impl BoardReport {
     }
 
     /// The report of a board that counted `statistics` for no purpose of a renderer.
-    pub fn of_total(spec: &BoardSpec, statistics: &BoardStatistics) -> BoardReport {
-        let mut report = BoardReport::new(spec, &[(Purpose::Primary, statistics.clone())]);
+    pub fn of_total(spec: &BoardSpec, statistics: &BoardStatistics, links: &[FifoStatistics]) -> BoardReport {
+        let mut report = BoardReport::new(spec, &[(Purpose::Primary, statistics.clone())], links);
         report.by_purpose.clear();
         report
     }
 
-    /// The block with the largest share of work.
-    pub fn busiest(&self) -> Option<&BlockReport> {
-        first_max(&self.blocks, |b| b.cycles.of(Cause::Work))
+    /// The queues that are full most often, one of each kind, at most `n`; none that never was.
+    pub fn fullest_links(&self, n: usize) -> Vec<&LinkReport> {
+        let mut links: Vec<&LinkReport> = self.links.iter().filter(|l| l.full_share > 0.0).collect();
+        links.sort_by(|a, b| b.full_share.total_cmp(&a.full_share));
+        let mut seen = std::collections::BTreeSet::new();
+        links.retain(|l| seen.insert(kind(&l.counted.link)));
+        links.truncate(n);
+        links
     }
-
-    /// The block that most often held work and could not go on.
-    pub fn most_stalled(&self) -> Option<&BlockReport> {
-        first_max(&self.blocks, |b| b.cycles.stalled()).filter(|b| b.cycles.stalled() > 0)
-    }
-}
-
-/// The first of the items with the largest key.
-fn first_max<T>(items: &[T], key: impl Fn(&T) -> u64) -> Option<&T> {
-    items.iter().reduce(|best, next| if key(next) > key(best) { next } else { best })
 }
 
 #[cfg(test)]
@@ -225,7 +254,21 @@ mod tests {
             ],
             ..BoardStatistics::default()
         };
-        BoardReport::new(&spec, &[(Purpose::Primary, statistics)])
+        let link = |name: &str, cycles_by_occupancy: [u64; 3]| FifoStatistics {
+            link: name.to_owned(),
+            depth: 2,
+            tokens: 5,
+            sojourn_cycles: cycles_by_occupancy[1] + 2 * cycles_by_occupancy[2],
+            cycles_by_occupancy: cycles_by_occupancy.to_vec(),
+            bin_tokens: 1,
+        };
+        let links = [
+            link("fetches", [500, 500, 0]),
+            link("cluster0.module0.jobs", [500, 400, 100]),
+            link("cluster1.module0.jobs", [500, 200, 300]),
+            link("cluster1.results", [700, 100, 200]),
+        ];
+        BoardReport::new(&spec, &[(Purpose::Primary, statistics)], &links)
     }
 
     #[test]
@@ -238,13 +281,15 @@ mod tests {
     }
 
     #[test]
-    fn busiest_works_most_and_most_stalled_holds_work_longest() {
+    fn fullest_links_are_one_of_each_kind_and_never_one_that_was_not_full() {
         let r = report();
-        assert_eq!(r.busiest().unwrap().block, "cluster0.module0.icu");
-        // 950 starved cycles of the bus are no stall.
-        let stalled = r.most_stalled().unwrap();
-        assert_eq!(stalled.block, "cluster0.module0.ctu0");
-        assert_eq!(stalled.cycles.leading_stall(), Some((Cause::OutputFull, 350)));
+        let fullest = |n| -> Vec<(String, f64)> {
+            r.fullest_links(n).iter().map(|l| (l.counted.link.clone(), l.full_share)).collect()
+        };
+        let both = [("cluster1.module0.jobs".to_owned(), 0.3), ("cluster1.results".to_owned(), 0.2)];
+        assert_eq!(fullest(9), both);
+        assert_eq!(fullest(1), both[..1]);
+        assert!((r.links[1].mean_occupancy - 0.6).abs() < 1e-12);
     }
 
     #[test]
@@ -260,12 +305,16 @@ mod tests {
         }
         assert_eq!(blocks[1]["cycles"]["output_full"], 350);
         assert_eq!(json["by_purpose"][0]["purpose"], "primary");
+        assert_eq!(json["links"][2]["cycles_by_occupancy"], serde_json::json!([500, 200, 300]));
+        assert_eq!(json["links"][2]["link"], "cluster1.module0.jobs");
+        assert_eq!(json["bounds"]["limits"][0]["resource"], "icus_as_dealt");
+        assert!(json["energy"]["nj_per_ray"].as_f64().unwrap() > 0.0);
     }
 
     #[test]
-    fn board_report_without_work_has_no_rates_and_no_stalled_block() {
-        let r = BoardReport::new(&BoardSpec::default(), &[]);
+    fn board_report_without_work_has_no_rates_and_no_limit() {
+        let r = BoardReport::new(&BoardSpec::default(), &[], &[]);
         assert_eq!((r.total.cycles, r.total.rays_per_second_at_clock), (0, 0.0));
-        assert!(r.busiest().is_none() && r.most_stalled().is_none());
+        assert!(r.bounds.tightest().is_none() && r.fullest_links(3).is_empty());
     }
 }

@@ -17,6 +17,7 @@ use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
 use crate::radiosity::{EnergyAccount, RowSumError, Solution, SolveOptions};
+use crate::raycast::board::WarmUp;
 use crate::render::RenderOptions;
 use crate::scene::Scene;
 use crate::units::{Irradiance, Rgb};
@@ -207,6 +208,8 @@ pub struct SimulateReport {
     pub rays_file: Option<PathBuf>,
     /// What became of the test vectors' expectations.
     pub vectors: Option<VectorsReport>,
+    /// What was left out of all counts, when it was asked for.
+    pub warm_up: Option<WarmUpReport>,
     /// Options of the picture whose rays these are; none for test vectors.
     pub options: Option<RenderOptions>,
     /// Options of pass 1; none for test vectors.
@@ -223,6 +226,36 @@ pub struct SimulateReport {
 impl SimulateReport {
     /// Its schema.
     pub const SCHEMA: &'static str = "radeng/simulate/1";
+}
+
+/// The commands before the counting: whole ones, from the first on, until the wanted cycles were over. Caches, open DRAM
+/// rows and masks keep what these left; all that is counted begins after the last of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct WarmUpReport {
+    /// Cycles that were asked for.
+    pub asked_cycles: u64,
+    /// Cycles left out: up to the end of the command in which the asked ones were over.
+    pub cycles: u64,
+    /// Commands left out.
+    pub commands: u64,
+    /// Rays left out.
+    pub rays: u64,
+    /// Tests left out.
+    pub tests: u64,
+}
+
+impl WarmUpReport {
+    /// The report of a warm-up.
+    pub fn new(warm_up: &WarmUp) -> WarmUpReport {
+        let excluded = &warm_up.excluded;
+        WarmUpReport {
+            asked_cycles: warm_up.asked_cycles,
+            cycles: excluded.cycles,
+            commands: excluded.commands,
+            rays: excluded.canonical.rays,
+            tests: excluded.canonical.tests,
+        }
+    }
 }
 
 /// How many of a file's expectations hold.

@@ -2,14 +2,21 @@
 //!
 //! ```text
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
-//!               --board.rs------> BoardReport (totals, stall tables, by purpose)
+//!               --board.rs------> BoardReport (totals, bounds.rs, energy.rs, stall tables, queues, by purpose)
+//! two reports   --compare_runs.rs--> RunComparison
 //!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
-//!               --terminal.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
+//!               --terminal.rs, board_text.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
 //! ```
 //! Nothing here prints or writes: callers get bytes and strings.
 
 pub mod board;
+pub mod board_text;
+pub mod bounds;
+pub mod compare_runs;
+pub mod compare_runs_text;
 pub mod documents;
+pub mod energy;
+pub mod groups;
 pub mod si;
 pub mod side_by_side;
 pub mod sweep_plot;
@@ -19,9 +26,10 @@ pub mod verify;
 pub mod verify_text;
 
 pub use board::BoardReport;
+pub use compare_runs::{RunComparison, RunReport};
 pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
-    SimulateReport, SolveReport, VectorsReport,
+    SimulateReport, SolveReport, VectorsReport, WarmUpReport,
 };
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
 

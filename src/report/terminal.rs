@@ -6,12 +6,10 @@
 
 use std::fmt::Write as _;
 
-use rtl_model::sim::Cause;
-
-use super::si::{bytes, count, percent, share, si};
+use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
+use super::si::{count, percent, share, si};
 use super::{
-    BoardReport, CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport,
-    SolveReport, Timings,
+    CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport, SolveReport, Timings,
 };
 use crate::raycast::Purpose;
 
@@ -44,6 +42,7 @@ pub fn render_summary(r: &RenderReport) -> String {
     );
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
+        block_kinds_table(&mut out, board);
     }
     for (i, picture) in r.pictures.iter().enumerate() {
         let how = match picture.exposure {
@@ -68,36 +67,39 @@ pub fn solve_summary(r: &SolveReport) -> String {
     pass_1_lines(&mut out, &r.pass_1);
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
+        block_kinds_table(&mut out, board);
     }
     time_line(&mut out, &r.timings);
     out
 }
 
-/// What `simulate` ends with.
-pub fn simulate_summary(r: &SimulateReport) -> String {
+/// What `simulate` ends with; `all_blocks`: a row for every block, not for every kind.
+pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
     let mut out = String::new();
     if let Some(scene) = &r.scene {
         scene_line(&mut out, scene);
     }
     let file = r.rays_file.as_ref().map(|f| format!(": {}", f.display())).unwrap_or_default();
     line(&mut out, "workload", format_args!("{}{file}", r.workload));
+    if let Some(w) = &r.warm_up {
+        line(
+            &mut out,
+            "warm-up",
+            format_args!(
+                "not counted: the first {}, {}, {} (asked: {})",
+                count(w.commands, if w.commands == 1 { "command" } else { "commands" }),
+                count(w.cycles, "cycles"),
+                count(w.rays, "rays"),
+                count(w.asked_cycles, "cycles")
+            ),
+        );
+    }
     board_lines(&mut out, &r.board);
-    let _ = writeln!(out, "\nshare of the cycles by cause, per block");
-    let name_width = r.board.blocks.iter().map(|b| b.block.len()).max().unwrap_or(0).max(5);
-    let _ = write!(out, "{:<name_width$}", "block");
-    for cause in Cause::ALL {
-        let _ = write!(out, " {:>11}", cause.name());
+    if all_blocks {
+        all_blocks_table(&mut out, &r.board);
+    } else {
+        block_kinds_table(&mut out, &r.board);
     }
-    out.push('\n');
-    for block in &r.board.blocks {
-        let _ = write!(out, "{:<name_width$}", block.block);
-        for cause in Cause::ALL {
-            let s = share(block.cycles.of(cause), block.cycles.total());
-            let _ = write!(out, " {:>9.1} %", 100.0 * s);
-        }
-        out.push('\n');
-    }
-    out.push('\n');
     time_line(&mut out, &r.timings);
     out
 }
@@ -216,81 +218,8 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
     );
 }
 
-fn board_lines(out: &mut String, b: &BoardReport) {
-    let t = &b.total;
-    let clock = si(b.spec.clock_mhz * 1e6, "Hz");
-    line(
-        out,
-        "board",
-        format_args!(
-            "{}, emulated: {} = {} at {clock}",
-            b.spec.name,
-            count(t.cycles, "cycles"),
-            si(t.seconds_at_clock, "s")
-        ),
-    );
-    line(
-        out,
-        "  rays",
-        format_args!(
-            "{}, {} hit, {} at the board clock",
-            count(t.rays, "rays"),
-            percent(share(t.hits, t.rays)),
-            si(t.rays_per_second_at_clock, "rays/s")
-        ),
-    );
-    line(
-        out,
-        "  tests",
-        format_args!(
-            "{} in {}, {:.3} tests/cycle, ICU utilisation {}",
-            count(t.tests, "tests"),
-            count(t.cells, "cells"),
-            t.tests_per_cycle,
-            percent(t.icu_utilisation)
-        ),
-    );
-    line(out, "  bus", format_args!("{} down, {} up", bytes(t.bus_down_bytes), bytes(t.bus_up_bytes)));
-    if let Some(block) = b.busiest() {
-        let work = share(block.cycles.of(Cause::Work), block.cycles.total());
-        line(out, "  busiest", format_args!("{}: works in {} of the cycles", block.block, percent(work)));
-    }
-    match b.most_stalled() {
-        Some(block) => {
-            let all = block.cycles.total();
-            let (cause, cycles) = block.cycles.leading_stall().unwrap_or((Cause::OutputFull, 0));
-            line(
-                out,
-                "  stalled",
-                format_args!(
-                    "{}: holds work and waits in {} of the cycles, mostly for {} ({})",
-                    block.block,
-                    percent(share(block.cycles.stalled(), all)),
-                    stall_name(cause),
-                    percent(share(cycles, all))
-                ),
-            );
-        }
-        None => line(out, "  stalled", "no block held work and waited"),
-    }
-    for p in &b.by_purpose {
-        line(
-            out,
-            "",
-            format_args!(
-                "{:<12} {:>12} {:>13} {:>14}  {} at the clock",
-                purpose_name(p.purpose),
-                count(p.counts.rays, "rays"),
-                count(p.counts.tests, "tests"),
-                count(p.counts.cycles, "cycles"),
-                si(p.counts.rays_per_second_at_clock, "rays/s")
-            ),
-        );
-    }
-}
-
-/// Longest line of phases (characters).
-const TIME_LINE: usize = 100;
+/// Longest line of phases behind its label (characters).
+const TIME_LINE: usize = 100 - LABEL;
 
 pub(super) fn time_line(out: &mut String, t: &Timings) {
     let mut text = format!("{} (", si(t.total_seconds, "s"));
@@ -305,18 +234,6 @@ pub(super) fn time_line(out: &mut String, t: &Timings) {
         text.push_str(&item);
     }
     line(out, label, text);
-}
-
-/// What a stalled block waits for.
-fn stall_name(cause: Cause) -> &'static str {
-    match cause {
-        Cause::OutputFull => "room at its output",
-        Cause::Resource => "a unit of its own",
-        Cause::CacheMiss => "a cache miss",
-        Cause::Memory => "the memory",
-        Cause::Bus => "the bus",
-        other => other.name(),
-    }
 }
 
 /// A purpose as people read it.

@@ -14,6 +14,7 @@ use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::functional::trace_observed;
 use rtl_model::memory_image::MemoryImage;
 use rtl_model::oracle::{self, Oracle};
+use rtl_model::sim::FifoStatistics;
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
 
@@ -40,6 +41,8 @@ pub struct Check {
     pub grid_log2: u32,
     /// What it counted.
     pub statistics: BoardStatistics,
+    /// What its queues counted.
+    pub links: Vec<FifoStatistics>,
     /// Rays run.
     pub n_rays: u64,
     /// Rays of which the file expects an answer.
@@ -145,6 +148,7 @@ pub fn check(vectors: &Vectors, spec: &BoardSpec) -> Result<Check, CheckError> {
     Ok(Check {
         grid_log2: image.grid.log2_cells,
         statistics: board.statistics(),
+        links: board.link_statistics(),
         n_rays: rays.len() as u64,
         n_expected: rays.iter().filter(|a| a.expected.is_some()).count() as u64,
         n_rays_wrong: rays.iter().filter(|a| !a.hold()).count() as u64,

@@ -266,6 +266,18 @@ impl<T: Token> Fifo<T> {
 }
 
 impl FifoStatistics {
+    /// What was counted since `earlier`, a previous state of the same queue; it was empty then as it is now.
+    pub fn since(&self, earlier: &FifoStatistics) -> FifoStatistics {
+        debug_assert_eq!((&self.link, self.depth), (&earlier.link, earlier.depth), "two queues");
+        let bins = self.cycles_by_occupancy.iter().zip(&earlier.cycles_by_occupancy);
+        FifoStatistics {
+            tokens: self.tokens - earlier.tokens,
+            cycles_by_occupancy: bins.map(|(now, before)| now - before).collect(),
+            sojourn_cycles: self.sojourn_cycles - earlier.sojourn_cycles,
+            ..self.clone()
+        }
+    }
+
     /// Cycles counted.
     pub fn total_cycles(&self) -> u64 {
         self.cycles_by_occupancy.iter().sum()
@@ -337,6 +349,28 @@ mod tests {
             assert!(state.cycles.len() as u32 <= BINS + 1, "depth {depth}: {} bins", state.cycles.len());
             assert!(depth > BINS || state.cycles.len() as u32 == depth + 1, "depth {depth}");
         }
+    }
+
+    #[test]
+    fn fifo_statistics_since_an_earlier_state_are_those_of_the_cycles_between() {
+        let mut fifo = Fifo::<u32>::new(2);
+        fifo.push(0, 1);
+        fifo.pop(3);
+        let earlier = fifo.state().statistics(5, "a".into());
+        assert_eq!(
+            (earlier.tokens, earlier.sojourn_cycles, &earlier.cycles_by_occupancy[..]),
+            (1, 3, &[2, 3, 0][..])
+        );
+        fifo.push(6, 2);
+        fifo.push(7, 3);
+        fifo.pop(8);
+        fifo.pop(9);
+        let since = fifo.state().statistics(12, "a".into()).since(&earlier);
+        assert_eq!(
+            (since.tokens, since.sojourn_cycles, &since.cycles_by_occupancy[..]),
+            (2, 4, &[4, 2, 1][..])
+        );
+        assert_eq!((since.total_cycles(), since.depth, since.link.as_str()), (7, 2, "a"));
     }
 
     proptest! {

@@ -135,3 +135,41 @@ impl BoardSpec {
 fn word(value: impl Serialize) -> String {
     toml::Value::try_from(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// The dotted names of all values in a table.
+    fn names(prefix: &str, table: &toml::Table, into: &mut BTreeSet<String>) {
+        for (key, value) in table {
+            let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+            match value.as_table() {
+                Some(inner) => names(&name, inner, into),
+                None => {
+                    into.insert(name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_list_every_field_of_a_board_but_its_name_once_and_with_a_source() {
+        // A field that is absent by default is not in the file: give it a value.
+        let mut spec = BoardSpec { grid_log2: Some(3), ..BoardSpec::default() };
+        spec.formats.cross_keep_bits = Some(40);
+        let mut fields = BTreeSet::new();
+        names("", &toml::Table::try_from(&spec).unwrap(), &mut fields);
+        assert!(fields.remove("name"));
+        let rows = spec.parameters();
+        let listed: BTreeSet<String> = rows.iter().map(|row| row.name.to_owned()).collect();
+        assert_eq!(listed, fields);
+        assert_eq!(rows.len(), listed.len(), "a parameter is listed twice");
+        assert!(rows.len() > 60);
+        for row in &rows {
+            let tagged = ["[S]", "[C]", "[I]"].iter().any(|tag| row.source.starts_with(tag));
+            assert!(tagged && !row.value.is_empty(), "{row:?}");
+        }
+    }
+}
