@@ -50,6 +50,8 @@ pub enum EventKind {
     Bundle = 7,
     /// A command starts or ends; payload: a [`CommandMark`].
     Command = 8,
+    /// Follows `Bundle`; payload: number of the bundle's first ray in its command (or low-resolution cast).
+    FirstRay = 9,
 }
 
 /// What a `Command` event marks.
@@ -66,6 +68,14 @@ pub enum CommandMark {
     Bundles = 3,
     /// The last result is delivered; the host is interrupted.
     End = 4,
+}
+
+impl CommandMark {
+    /// From the payload of a `Command` event.
+    pub fn of_payload(payload: u32) -> Option<CommandMark> {
+        use CommandMark as M;
+        [M::Nearest, M::Any, M::LowResolution, M::Bundles, M::End].get(payload as usize).copied()
+    }
 }
 
 /// A phase of a ray's life, the most advanced last but for `Away`.
@@ -207,7 +217,7 @@ impl Event {
     /// What happened; `None` for bits that no event has.
     pub fn kind(self) -> Option<EventKind> {
         use EventKind as K;
-        [K::Clock, K::Activity, K::Push, K::Pop, K::Move, K::Moves, K::Mask, K::Bundle, K::Command]
+        [K::Clock, K::Activity, K::Push, K::Pop, K::Move, K::Moves, K::Mask, K::Bundle, K::Command, K::FirstRay]
             .get((self.0 >> 60) as usize)
             .copied()
     }
