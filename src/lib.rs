@@ -34,4 +34,6 @@ pub mod verify;
 
 pub mod vectors;
 
+pub mod trace;
+
 pub mod report;

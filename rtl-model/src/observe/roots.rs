@@ -18,15 +18,8 @@ use crate::sim::{Cause, CommandMark, Cycle};
 pub struct Root {
     /// The block.
     pub block: u16,
-    /// What it did or waited for, as its number in [`Cause::ALL`].
-    cause: u8,
-}
-
-impl Root {
     /// What it did or waited for.
-    pub fn cause(self) -> Cause {
-        Cause::ALL[usize::from(self.cause)]
-    }
+    pub cause: Cause,
 }
 
 /// Counts the roots of output-full cycles.
@@ -152,7 +145,7 @@ impl Roots {
         for _ in 0..self.causes.len() {
             let cause = self.causes[usize::from(at)];
             if cause != Cause::OutputFull {
-                return Root { block: at, cause: cause as u8 };
+                return Root { block: at, cause };
             }
             let is_full = |link: &&u16| {
                 let place = usize::from(**link);
@@ -161,6 +154,6 @@ impl Roots {
             let Some(link) = self.places.outputs[usize::from(at)].iter().find(is_full) else { break };
             at = self.places.links[usize::from(*link)].to;
         }
-        Root { block: at, cause: Cause::OutputFull as u8 }
+        Root { block: at, cause: Cause::OutputFull }
     }
 }

@@ -129,6 +129,57 @@ fn assert_intervals_and_roots_close(run: &Run, length: u64) -> Result<(), TestCa
     Ok(())
 }
 
+/// The table of roots, counted cycle by cycle from the definition alone.
+fn roots_by_hand(run: &Run) -> BTreeMap<(u16, u16, Cause), u64> {
+    let (blocks, links) = (&run.places.blocks, &run.places.links);
+    let (mut causes, mut inside) = (vec![Cause::Idle; blocks.len()], vec![0_u32; links.len()]);
+    let mut table = BTreeMap::new();
+    let mut seen = run.seen.iter().peekable();
+    for now in 0..run.clocked_cycles {
+        let mut after = inside.clone();
+        while let Some((_, seen)) = seen.next_if(|(at, _)| *at == now) {
+            match *seen {
+                Seen::Activity { block, cause } => causes[usize::from(block)] = cause,
+                Seen::Push { link, .. } => after[usize::from(link)] += 1,
+                Seen::Pop { link, .. } => after[usize::from(link)] -= 1,
+                _ => {}
+            }
+        }
+        for block in (0..blocks.len()).filter(|b| causes[*b] == Cause::OutputFull) {
+            let (mut at, mut visited) = (block, 0);
+            while causes[at] == Cause::OutputFull && visited < blocks.len() {
+                let full = (0..links.len())
+                    .find(|l| usize::from(links[*l].from) == at && inside[*l] == links[*l].depth)
+                    .unwrap_or_else(|| panic!("{} is stalled by no full link", blocks[at].name));
+                at = usize::from(links[full].to);
+                visited += 1;
+            }
+            *table.entry((block as u16, at as u16, causes[at])).or_default() += 1;
+        }
+        inside = after;
+    }
+    table
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 30, ..ProptestConfig::default() })]
+
+    /// A block with a full output always has a full link, and the counted roots are those of the definition.
+    #[test]
+    fn roots_of_any_board_are_those_counted_cycle_by_cycle(spec in any_spec(), seed: u64) {
+        let run = run(&spec, seed);
+        let mut roots = Roots::new(&run.places);
+        for (now, seen) in &run.seen {
+            roots.see(*now, seen).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        }
+        let mut counted = BTreeMap::new();
+        for (block, root, cycles) in roots.cycles() {
+            counted.insert((block, root.block, root.cause), cycles);
+        }
+        prop_assert_eq!(counted, roots_by_hand(&run));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
@@ -173,7 +224,7 @@ fn roots_of_a_board_with_a_slow_icu_lie_in_its_work() {
             let kind = |b: u16| run.places.blocks[usize::from(b)].kind;
             if matches!(kind(block), Kind::PatchLoader | Kind::Ctu) {
                 all += cycles;
-                let is_icu = kind(root.block) == Kind::Icu && root.cause() == Cause::Work;
+                let is_icu = kind(root.block) == Kind::Icu && root.cause == Cause::Work;
                 icu += if is_icu { cycles } else { 0 };
             }
         }
