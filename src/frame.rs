@@ -22,7 +22,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::{
     self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
 };
-use crate::raycast::board::BoardCaster;
+use crate::raycast::board::{BoardCaster, CommandSink};
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::{CastError, Purpose, Query, RayCaster};
@@ -204,7 +204,7 @@ pub fn render_frame(
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
-        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let rendering = timings.measure("pass 2", || {
         let progress = &mut |share| progress(Progress::Render(share));
         render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
@@ -239,7 +239,7 @@ pub fn solve_scene(
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
-        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
@@ -274,7 +274,7 @@ pub fn probe_scene(
     starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, _) = pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+    let (solution, _) = pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let irradiance = timings.measure("probe", || {
         if interpolated {
             return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
@@ -287,10 +287,11 @@ pub fn probe_scene(
     Ok(Probed { caster: caster.name(), scene, mesh, irradiance, timings, warnings })
 }
 
-/// Drives the board with the rays of a workload.
+/// Drives the board with the rays of a workload; `watch`, if any, is told every event of it.
 ///
 /// # Errors
-/// As [`render_frame`]; no camera only where camera rays are asked for.
+/// As [`render_frame`]; no camera only where camera rays are asked for; when the watch wants no more.
+#[expect(clippy::too_many_arguments, reason = "what a run depends on, and who looks at it")]
 pub fn simulate_scene(
     path: &Path,
     elements: Option<u32>,
@@ -298,6 +299,7 @@ pub fn simulate_scene(
     workload: &Workload,
     solve: &SolveOptions,
     picture: &RenderOptions,
+    watch: Option<&mut dyn CommandSink>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Simulated, FrameError> {
     let mut timings = Timings::default();
@@ -306,24 +308,34 @@ pub fn simulate_scene(
         Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
         _ => Vec::new(),
     };
-    let choice = CasterChoice::Board(Box::new(board.clone()));
-    let mut emulated = timings.measure(choice.name(), || make_caster(&choice, &scene, &mesh, &origins))?;
-    warn_of_lights(&mut scene, &mesh, &mut emulated);
+    let mut emulated = timings.measure("board", || {
+        BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &origins))
+    })?;
+    let offset_m = emulated.surface_offset_m();
+    scene.warnings.extend(warnings::lights_on_surfaces(&scene, &mesh, offset_m));
     let mut warnings = scene.warnings.clone();
     let pass_1_options = PassOne::Solve(*solve);
     let run = &mut timings;
+    let mut observed;
+    let port: &mut dyn RayCaster = match watch {
+        Some(sink) => {
+            observed = emulated.observed(sink)?;
+            &mut observed
+        }
+        None => &mut emulated,
+    };
     match workload {
         Workload::Rays(rays) => {
-            run.measure("trace", || emulated.port().closest_hits(Purpose::Primary, Query::Rays(rays)))?;
+            run.measure("trace", || port.closest_hits(Purpose::Primary, Query::Rays(rays)))?;
         }
         Workload::Radiosity => {
-            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let (solution, _) = pass_1(&scene, &mesh, port, &pass_1_options, run, progress)?;
             warnings.extend(warnings::open_account(&solution.account));
         }
         Workload::Primary => {
             let camera = camera_of(&scene)?;
             let mut nothing = NullCaster;
-            let mut routed = RoutedCaster::new(Purpose::Primary, emulated.port(), &mut nothing);
+            let mut routed = RoutedCaster::new(Purpose::Primary, port, &mut nothing);
             let look = &mut |share| progress(Progress::Render(share));
             let rendering =
                 run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
@@ -332,8 +344,8 @@ pub fn simulate_scene(
         Workload::Shadow => {
             let camera = camera_of(&scene)?;
             let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &origins)?;
-            let (solution, _) = pass_1(&scene, &mesh, &mut software, &pass_1_options, run, progress)?;
-            let mut routed = RoutedCaster::new(Purpose::Shadow, emulated.port(), software.port());
+            let (solution, _) = pass_1(&scene, &mesh, software.port(), &pass_1_options, run, progress)?;
+            let mut routed = RoutedCaster::new(Purpose::Shadow, port, software.port());
             let pass_2 = &mut |share| progress(Progress::Render(share));
             let rendering = run.measure("pass 2", || {
                 render::render(&scene, &camera, &mesh, &solution, &mut routed, picture, pass_2)
@@ -343,16 +355,16 @@ pub fn simulate_scene(
         }
         Workload::All => {
             let camera = camera_of(&scene)?;
-            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let (solution, _) = pass_1(&scene, &mesh, port, &pass_1_options, run, progress)?;
             let pass_2 = &mut |share| progress(Progress::Render(share));
             let rendering = run.measure("pass 2", || {
-                render::render(&scene, &camera, &mesh, &solution, emulated.port(), picture, pass_2)
+                render::render(&scene, &camera, &mesh, &solution, port, picture, pass_2)
             })?;
             warnings.extend(warnings::open_account(&solution.account));
             warnings.extend(warnings::back_faces(&scene, &rendering));
         }
     }
-    Ok(Simulated { board: emulated.statistics().unwrap_or_default(), scene, mesh, timings, warnings })
+    Ok(Simulated { board: emulated.statistics(), scene, mesh, timings, warnings })
 }
 
 /// Loads and meshes a scene, looks at it once through its camera, for warnings, and makes its patch memory for `board`.
@@ -430,7 +442,7 @@ fn warn_of_lights(scene: &mut Scene, mesh: &Mesh, caster: &mut Caster) {
 fn pass_1(
     scene: &Scene,
     mesh: &Mesh,
-    caster: &mut Caster,
+    caster: &mut dyn RayCaster,
     how: &PassOne,
     timings: &mut Timings,
     progress: &mut dyn FnMut(Progress),
@@ -439,7 +451,7 @@ fn pass_1(
         PassOne::Load(file) => Ok(radiosity::solution_file::load(file, scene, mesh)?),
         PassOne::Solve(options) => {
             let progress = &mut |p| progress(Progress::Solve(p));
-            let solution = radiosity::solve(scene, mesh, caster.port(), options, progress)?;
+            let solution = radiosity::solve(scene, mesh, caster, options, progress)?;
             Ok((solution, *options))
         }
     })

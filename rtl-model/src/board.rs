@@ -570,6 +570,11 @@ impl Board {
         statistics
     }
 
+    /// Cycles in which the board was clocked: all but those on the host's side of interrupts.
+    pub fn clocked_cycles(&self) -> Cycle {
+        self.now
+    }
+
     /// The specification.
     pub fn spec(&self) -> &BoardSpec {
         &self.spec

@@ -39,7 +39,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
 
     let mut bars = Bars::new(solve.unshot_share, render::n_camera_rays(&picture));
     let show = &mut |p| bars.show(p);
-    let run = frame::simulate_scene(scene, args.elements, &board, &workload, &solve, &picture, show)?;
+    let run = frame::simulate_scene(scene, args.elements, &board, &workload, &solve, &picture, None, show)?;
     bars.finish();
 
     let report = SimulateReport {

@@ -53,11 +53,11 @@ pub trait CommandSink {
     /// Its next events.
     fn events(&mut self, events: &[Event]);
 
-    /// Asked after each command.
+    /// A query is answered, with one command or several; the board was clocked in `clocked_cycles` so far.
     ///
     /// # Errors
     /// Why it wants no more.
-    fn check(&mut self) -> Result<(), CastError>;
+    fn answered(&mut self, clocked_cycles: u64) -> Result<(), CastError>;
 }
 
 /// A board caster, watched.
@@ -109,7 +109,7 @@ impl RayCaster for ObservedBoard<'_> {
         let hits = self.caster.booked(purpose, |quantizer, board| {
             quantized::closest_hits(quantizer, &mut Watched { board, sink, purpose }, query)
         })?;
-        self.sink.check()?;
+        self.sink.answered(self.caster.board.clocked_cycles())?;
         Ok(hits)
     }
 
@@ -118,7 +118,7 @@ impl RayCaster for ObservedBoard<'_> {
         let hits = self.caster.booked(purpose, |quantizer, board| {
             quantized::any_hits(quantizer, &mut Watched { board, sink, purpose }, query)
         })?;
-        self.sink.check()?;
+        self.sink.answered(self.caster.board.clocked_cycles())?;
         Ok(hits)
     }
 
