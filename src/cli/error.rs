@@ -6,6 +6,7 @@ use crate::frame::FrameError;
 use crate::image::exr::ReadError;
 use crate::image::{DifferenceError, OutputError};
 use crate::radiosity::solution_file::SolutionFileError;
+use crate::trace::TraceError;
 use crate::vectors::{CheckError, VectorsError};
 
 /// A bad input, named.
@@ -62,6 +63,17 @@ pub enum CliError {
         path: PathBuf,
         /// Why.
         source: CheckError,
+    },
+    /// A run that cannot be watched.
+    #[error(transparent)]
+    Watch(#[from] TraceError),
+    /// An event log.
+    #[error("{path}: {source}", path = path.display())]
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TraceError,
     },
     /// A plot that cannot be drawn.
     #[error("the plot cannot be drawn: {0}")]

@@ -34,7 +34,24 @@ pub(super) fn read_bytes(path: &Path, expected: &str) -> Result<Vec<u8>, CliErro
 
 /// Flags of `simulate` that mean nothing without a scene.
 fn check_flags(args: &SimulateArgs) -> Result<(), CliError> {
-    let of_scenes = ["elements", "seed", "dense_visibility", "width", "height", "samples", "shadow_strata"];
+    let of_scenes = [
+        "elements",
+        "seed",
+        "dense_visibility",
+        "width",
+        "height",
+        "samples",
+        "shadow_strata",
+        "trace",
+        "account",
+        "interval",
+        "pixel",
+        "ray",
+        "wave",
+        "perfetto",
+        "window",
+        "force",
+    ];
     let unused = of_scenes.into_iter().filter(|id| args.given.has(id));
     let unused: Vec<String> = unused.map(|id| format!("--{}", id.replace('_', "-"))).collect();
     match unused.as_slice() {
@@ -105,6 +122,7 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         scene: None,
         workload: "vectors",
         rays_file: Some(path.to_owned()),
+        observed: None,
         vectors: Some(VectorsReport::new(&vectors, &check)),
         options: None,
         solve_options: None,

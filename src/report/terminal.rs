@@ -98,6 +98,7 @@ pub fn simulate_summary(r: &SimulateReport) -> String {
         out.push('\n');
     }
     out.push('\n');
+    super::observed::observed_lines(&mut out, r.observed.as_ref());
     time_line(&mut out, &r.timings);
     out
 }

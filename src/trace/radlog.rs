@@ -42,7 +42,7 @@ const MAX_JSON_BYTES: u32 = 1 << 28;
 /// Events read at once.
 const CHUNK: usize = 1 << 15;
 /// Bytes of an event.
-const EVENT_BYTES: u64 = 8;
+const EVENT_BYTES: usize = 8;
 
 /// What the events are about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -141,7 +141,10 @@ impl Writer {
     /// When the disk is full, or whatever else keeps a file from growing.
     pub fn events(&mut self, events: &[Event]) -> Result<(), RadlogError> {
         self.n_events += events.len() as u64;
-        self.bytes.extend(events.iter().flat_map(|event| event.0.to_le_bytes()));
+        let at = self.bytes.len();
+        self.bytes.resize(at + events.len() * EVENT_BYTES, 0);
+        let (words, _) = self.bytes[at..].as_chunks_mut::<EVENT_BYTES>();
+        words.iter_mut().zip(events).for_each(|(word, event)| *word = event.0.to_le_bytes());
         self.put()
     }
 
@@ -250,7 +253,7 @@ impl Reader {
         let trailer_bytes = read(&mut file, u64::from(trailer_length))?;
         let trailer: Trailer = parse("trailer", &trailer_bytes)?;
         let between = trailer_at - first_event;
-        if trailer.events.checked_mul(EVENT_BYTES) != Some(between) {
+        if trailer.events.checked_mul(EVENT_BYTES as u64) != Some(between) {
             return Err(RadlogError::Damaged(format!(
                 "{between} bytes of events, expected {} events of {EVENT_BYTES}",
                 trailer.events
@@ -302,10 +305,10 @@ impl Reader {
             return Ok(None);
         }
         self.left -= n;
-        self.bytes.resize((n * EVENT_BYTES) as usize, 0);
+        self.bytes.resize(n as usize * EVENT_BYTES, 0);
         self.file.read_exact(&mut self.bytes)?;
         self.crc.update(&self.bytes);
-        let (words, _) = self.bytes.as_chunks::<8>();
+        let (words, _) = self.bytes.as_chunks::<EVENT_BYTES>();
         self.events.clear();
         self.events.extend(words.iter().map(|word| Event(u64::from_le_bytes(*word))));
         Ok(Some(&self.events))

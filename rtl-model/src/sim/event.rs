@@ -278,7 +278,7 @@ impl Observer for Silent {
     fn event(&mut self, _: Cycle, _: EventKind, _: u16, _: u32) {}
 }
 
-/// Events handed on at once.
+/// Events handed on at once, at most.
 const CHUNK: usize = 1 << 15;
 
 /// Takes events chunk by chunk.
@@ -286,33 +286,52 @@ pub type EventSink<'a> = &'a mut dyn FnMut(&[Event]);
 
 /// Gathers events into chunks for a sink. The first event is a `Clock`.
 pub struct EventLog<'a> {
-    chunk: Vec<Event>,
+    chunk: Box<[Event; CHUNK]>,
+    /// Events of the chunk that are pending, under `CHUNK`.
+    pending: usize,
     clock: u64,
     sink: EventSink<'a>,
 }
 
 impl std::fmt::Debug for EventLog<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("EventLog").field("pending", &self.chunk.len()).finish_non_exhaustive()
+        f.debug_struct("EventLog").field("pending", &self.pending).finish_non_exhaustive()
     }
 }
 
 impl<'a> EventLog<'a> {
     /// A log into `sink`.
     pub fn new(sink: EventSink<'a>) -> Self {
-        EventLog { chunk: Vec::with_capacity(CHUNK), clock: u64::MAX, sink }
+        EventLog { chunk: Box::new([Event(0); CHUNK]), pending: 0, clock: u64::MAX, sink }
     }
 
     /// Hands on what is pending.
     pub fn flush(&mut self) {
-        (self.sink)(&self.chunk);
-        self.chunk.clear();
+        (self.sink)(&self.chunk[..self.pending]);
+        self.pending = 0;
+    }
+
+    /// The mask says what always holds, so that no bound needs a check.
+    #[inline]
+    fn put(&mut self, event: Event) {
+        self.chunk[self.pending & (CHUNK - 1)] = event;
+        self.pending += 1;
+        if self.pending == CHUNK {
+            self.hand_on();
+        }
     }
 
     #[cold]
+    #[inline(never)]
+    fn hand_on(&mut self) {
+        self.flush();
+    }
+
+    #[cold]
+    #[inline(never)]
     fn set_clock(&mut self, now: Cycle) {
         self.clock = now >> CYCLE_BITS;
-        self.chunk.push(Event::new(now, EventKind::Clock, 0, self.clock as u32));
+        self.put(Event::new(now, EventKind::Clock, 0, self.clock as u32));
     }
 }
 
@@ -324,10 +343,7 @@ impl Observer for EventLog<'_> {
         if now >> CYCLE_BITS != self.clock {
             self.set_clock(now);
         }
-        self.chunk.push(Event::new(now, kind, place, payload));
-        if self.chunk.len() + 2 > CHUNK {
-            self.flush();
-        }
+        self.put(Event::new(now, kind, place, payload));
     }
 }
 
