@@ -73,7 +73,8 @@ fn board_trace(c: &mut Criterion) {
         cast(&mut board.observed(&mut sink).expect("it watches"), &bundles)
     };
     let logged = || watched(WatchOptions { log: Some(log.clone()), ..WatchOptions::default() });
-    let accounted = || watched(WatchOptions { account: true, interval: Some(1000), ..WatchOptions::default() });
+    let accounted =
+        || watched(WatchOptions { account: true, interval: Some(1000), ..WatchOptions::default() });
 
     // In turn, so that whatever else the machine does meets all of them; the fastest of each counts.
     let mut best = [Duration::MAX; 4];

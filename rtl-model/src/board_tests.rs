@@ -58,7 +58,12 @@ pub(crate) fn random_patches(random: &mut Random, formats: &Formats, n: u32) -> 
         .collect()
 }
 
-pub(crate) fn random_bundles(random: &mut Random, formats: &Formats, n: usize, most_rays: i64) -> Vec<BundleWords> {
+pub(crate) fn random_bundles(
+    random: &mut Random,
+    formats: &Formats,
+    n: usize,
+    most_rays: i64,
+) -> Vec<BundleWords> {
     (0..n)
         .map(|_| {
             let apex = random.point(formats.coord_frac_bits);

@@ -42,7 +42,8 @@ pub struct LookArgs {
 }
 
 fn pixel(text: &str) -> Result<[u32; 2], String> {
-    let place = text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+    let place =
+        text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
     place.ok_or_else(|| "expected a column and a row, X,Y".to_owned())
 }
 

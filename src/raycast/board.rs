@@ -77,7 +77,9 @@ impl Watched<'_> {
     fn begin(&mut self, work: Work<'_>) {
         let n_rays = match work {
             Work::Rays(rays) => rays.len(),
-            Work::Bundles(bundles) => bundles.iter().map(rtl_model::datapath::bundle::BundleWords::n_rays).sum(),
+            Work::Bundles(bundles) => {
+                bundles.iter().map(rtl_model::datapath::bundle::BundleWords::n_rays).sum()
+            }
         };
         if n_rays > 0 {
             self.sink.command(self.purpose, n_rays as u64);

@@ -18,6 +18,8 @@ use super::si::{count, percent, share};
 use super::terminal::line;
 use crate::trace::{Chosen, Observed};
 
+/// Cycles by kind of the root and what it does.
+type RootsByKind = BTreeMap<(Kind, Cause), u64>;
 /// Cycles by phase, the names as keys.
 type Phases = BTreeMap<&'static str, u64>;
 
@@ -340,7 +342,7 @@ fn phase_text(cycles: &Phases, text: impl Fn(u64) -> String) -> String {
 }
 
 fn stall_lines(out: &mut String, stalls: &[StallReport]) {
-    let mut by_kind: BTreeMap<Kind, (u64, BTreeMap<(Kind, Cause), u64>)> = BTreeMap::new();
+    let mut by_kind: BTreeMap<Kind, (u64, RootsByKind)> = BTreeMap::new();
     for stall in stalls {
         let (cycles, roots) = by_kind.entry(stall.kind).or_default();
         *cycles += stall.output_full;
@@ -389,7 +391,7 @@ fn interval_lines(out: &mut String, report: &IntervalsReport) {
                 all += kind.cycles.values().sum::<u64>();
             }
             // Tenths of work, 9 for all of it.
-            let tenth = if all == 0 { 0 } else { (work * 10 / all).min(9) };
+            let tenth = (work * 10).checked_div(all).unwrap_or(0).min(9);
             let _ = write!(digits, "{tenth}");
         }
         if report.intervals.iter().any(|interval| interval.kinds.contains_key(kind.name())) {
@@ -455,7 +457,8 @@ mod tests {
             median: Some(45),
             longest: Some(55),
         };
-        let root = |block: &str, kind, cause, cycles| RootReport { block: block.to_owned(), kind, cause, cycles };
+        let root =
+            |block: &str, kind, cause, cycles| RootReport { block: block.to_owned(), kind, cause, cycles };
         let stall = StallReport {
             block: "cluster0.module0.ctu0".to_owned(),
             kind: Kind::Ctu,

@@ -49,7 +49,9 @@ impl Choice {
         let mut all: Vec<Chosen> = self.rays.iter().map(|number| chosen(None, *number)).collect();
         for [x, y] in &self.pixels {
             let Some(Picture { width, height, samples }) = picture else {
-                return Err(TraceError::Window(format!("--pixel {x},{y}: expected a workload with camera rays")));
+                return Err(TraceError::Window(format!(
+                    "--pixel {x},{y}: expected a workload with camera rays"
+                )));
             };
             if *x >= width || *y >= height {
                 return Err(TraceError::Window(format!(

@@ -16,7 +16,8 @@
 //! | a link | `push`, `pop` | 1 | a token goes in or out in this cycle |
 //! | a link | `token` | 28 | payload of the token that went in last |
 //!
-//! The format has no table of names for codes here, hence the ASCII. Before the first cycle of a block its cause is idle.
+//! The format has no table of names for codes here, hence the ASCII. Before a block's first
+//! cycle its cause is idle, before the window nothing is known.
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
@@ -32,8 +33,8 @@ use super::{TraceError, Window};
 
 /// Characters of the longest name of a cause.
 const NAME_CHARS: usize = 11;
-/// Bytes that the encoder may hold before they go to the file.
-const MAX_BUFFER_BYTES: usize = 1 << 26;
+/// Bytes that the encoder may hold before they go to the file; so few in tests that they go there many times.
+const MAX_BUFFER_BYTES: usize = if cfg!(test) { 1 << 13 } else { 1 << 26 };
 
 /// A signal: its handle, its width, its value as it will be written next.
 #[derive(Clone, Debug)]

@@ -213,7 +213,9 @@ impl Watch {
         if let Some(fault) = fault {
             return Err(fault);
         }
-        let Some(eyes) = eyes else { return Err(TraceError::Window("no ray was cast on the board".to_owned())) };
+        let Some(eyes) = eyes else {
+            return Err(TraceError::Window("no ray was cast on the board".to_owned()));
+        };
         choice::check_all_cast(&chosen, &commands)?;
         let kept = eyes.lives.as_ref().map(Lives::kept).unwrap_or_default();
         chosen.iter_mut().for_each(|ray| ray.find_life(kept));
@@ -256,7 +258,8 @@ impl Watch {
 impl Eyes {
     fn new(directory: Directory, options: &WatchOptions, about: &About) -> Result<Eyes, TraceError> {
         let places = Places::new(&directory)?;
-        let open = |path: &Path| -> Result<File, TraceError> { Ok(BufWriter::new(AtomicWriteFile::open(path)?)) };
+        let open =
+            |path: &Path| -> Result<File, TraceError> { Ok(BufWriter::new(AtomicWriteFile::open(path)?)) };
         let log = match &options.log {
             None => None,
             Some(path) => {

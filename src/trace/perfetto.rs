@@ -121,7 +121,10 @@ impl<W: Write> Slices<W> {
                 let open = Open {
                     since: now,
                     name: format!("{what} {job}"),
-                    args: format!(",\"command\":{},\"first_ray\":{first_ray}", self.n_commands.saturating_sub(1)),
+                    args: format!(
+                        ",\"command\":{},\"first_ray\":{first_ray}",
+                        self.n_commands.saturating_sub(1)
+                    ),
                 };
                 self.bundles.insert((process, slot), open);
             }

@@ -23,6 +23,8 @@
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::thread::JoinHandle;
 
 use atomic_write_file::AtomicWriteFile;
 use crc32fast::Hasher;
@@ -108,13 +110,21 @@ pub enum RadlogError {
     Damaged(String),
 }
 
-/// Writes a log.
+/// Chunks on their way to the file.
+const QUEUED_CHUNKS: usize = 8;
+
+/// What the writing thread comes back with.
+type Written = Result<(AtomicWriteFile, Hasher), RadlogError>;
+
+/// Writes a log, on a thread of its own.
 #[derive(Debug)]
 pub struct Writer {
-    file: AtomicWriteFile,
-    crc: Hasher,
+    /// Chunks to the thread; none: they are all there.
+    full: Option<SyncSender<Vec<Event>>>,
+    /// Chunks that it is through with.
+    empty: Receiver<Vec<Event>>,
+    thread: Option<JoinHandle<Written>>,
     n_events: u64,
-    bytes: Vec<u8>,
 }
 
 impl Writer {
@@ -123,29 +133,43 @@ impl Writer {
     /// # Errors
     /// When the place takes no file.
     pub fn create(path: &Path, header: &Header) -> Result<Writer, RadlogError> {
-        let file = AtomicWriteFile::open(path)?;
-        let mut writer = Writer { file, crc: Hasher::new(), n_events: 0, bytes: Vec::new() };
+        let mut file = AtomicWriteFile::open(path)?;
         let json = serde_json::to_vec(header).map_err(std::io::Error::from)?;
         let length = json_bytes(json.len())?;
-        writer.bytes.extend_from_slice(MAGIC);
-        writer.bytes.extend_from_slice(&VERSION.to_le_bytes());
-        writer.bytes.extend_from_slice(&length.to_le_bytes());
-        writer.bytes.extend_from_slice(&json);
-        writer.put()?;
-        Ok(writer)
+        let mut start = MAGIC.to_vec();
+        start.extend_from_slice(&VERSION.to_le_bytes());
+        start.extend_from_slice(&length.to_le_bytes());
+        start.extend_from_slice(&json);
+        let mut crc = Hasher::new();
+        put(&mut file, &mut crc, &start)?;
+        let (full, chunks) = std::sync::mpsc::sync_channel::<Vec<Event>>(QUEUED_CHUNKS);
+        let (used, empty) = std::sync::mpsc::channel();
+        let thread = std::thread::Builder::new().name("radlog".to_owned()).spawn(move || {
+            let mut bytes = Vec::new();
+            for events in chunks {
+                bytes.resize(events.len() * EVENT_BYTES, 0);
+                let (words, _) = bytes.as_chunks_mut::<EVENT_BYTES>();
+                words.iter_mut().zip(&events).for_each(|(word, event)| *word = event.0.to_le_bytes());
+                put(&mut file, &mut crc, &bytes)?;
+                // Who wants no chunks back has all that it needs.
+                let _ = used.send(events);
+            }
+            Ok((file, crc))
+        })?;
+        Ok(Writer { full: Some(full), empty, thread: Some(thread), n_events: 0 })
     }
 
     /// Adds events.
     ///
     /// # Errors
-    /// When the disk is full, or whatever else keeps a file from growing.
+    /// When the disk is full, or whatever else keeps a file from growing, be it some chunks later.
     pub fn events(&mut self, events: &[Event]) -> Result<(), RadlogError> {
         self.n_events += events.len() as u64;
-        let at = self.bytes.len();
-        self.bytes.resize(at + events.len() * EVENT_BYTES, 0);
-        let (words, _) = self.bytes[at..].as_chunks_mut::<EVENT_BYTES>();
-        words.iter_mut().zip(events).for_each(|(word, event)| *word = event.0.to_le_bytes());
-        self.put()
+        let mut chunk = self.empty.try_recv().unwrap_or_default();
+        chunk.clear();
+        chunk.extend_from_slice(events);
+        let sent = self.full.as_ref().is_some_and(|full| full.send(chunk).is_ok());
+        if sent { Ok(()) } else { Err(self.join().err().unwrap_or_else(ended)) }
     }
 
     /// Ends the log. It is in place once the file is committed.
@@ -153,24 +177,38 @@ impl Writer {
     /// # Errors
     /// As [`Writer::events`].
     pub fn finish(mut self, commands: Vec<CommandFact>) -> Result<AtomicWriteFile, RadlogError> {
+        let (mut file, mut crc) = self.join()?;
         let trailer = Trailer { events: self.n_events, commands };
-        let json = serde_json::to_vec(&trailer).map_err(std::io::Error::from)?;
-        let length = json_bytes(json.len())?;
-        self.bytes.extend_from_slice(&json);
-        self.bytes.extend_from_slice(&length.to_le_bytes());
-        self.put()?;
-        let crc = self.crc.finalize();
-        self.file.write_all(&crc.to_le_bytes())?;
-        self.file.write_all(END)?;
-        Ok(self.file)
+        let mut end = serde_json::to_vec(&trailer).map_err(std::io::Error::from)?;
+        let length = json_bytes(end.len())?;
+        end.extend_from_slice(&length.to_le_bytes());
+        put(&mut file, &mut crc, &end)?;
+        file.write_all(&crc.finalize().to_le_bytes())?;
+        file.write_all(END)?;
+        Ok(file)
     }
 
-    fn put(&mut self) -> Result<(), RadlogError> {
-        self.crc.update(&self.bytes);
-        self.file.write_all(&self.bytes)?;
-        self.bytes.clear();
-        Ok(())
+    /// Waits for the thread.
+    fn join(&mut self) -> Written {
+        self.full = None;
+        self.thread.take().and_then(|thread| thread.join().ok()).unwrap_or_else(|| Err(ended()))
     }
+}
+
+impl Drop for Writer {
+    /// Waits until an unfinished file is gone.
+    fn drop(&mut self) {
+        let _ = self.join();
+    }
+}
+
+fn ended() -> RadlogError {
+    std::io::Error::other("the log's writer has ended").into()
+}
+
+fn put(file: &mut AtomicWriteFile, crc: &mut Hasher, bytes: &[u8]) -> Result<(), RadlogError> {
+    crc.update(bytes);
+    Ok(file.write_all(bytes)?)
 }
 
 fn json_bytes(length: usize) -> Result<u32, RadlogError> {
@@ -216,7 +254,8 @@ impl Reader {
             return Err(RadlogError::Foreign { found: format!("\"{}\"", magic.escape_ascii()) });
         }
         let word = |bytes: &[u8]| bytes.first_chunk().map(|b| u32::from_le_bytes(*b));
-        let Some((version, length)) = word(start.get(8..).unwrap_or(&[])).zip(word(start.get(12..).unwrap_or(&[])))
+        let Some((version, length)) =
+            word(start.get(8..).unwrap_or(&[])).zip(word(start.get(12..).unwrap_or(&[])))
         else {
             return Err(RadlogError::Truncated(format!("{size} bytes")));
         };

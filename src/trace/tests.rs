@@ -67,7 +67,8 @@ pub(super) fn put_in_place(files: Vec<Pending>) {
 pub(super) fn seen(spec: &BoardSpec) -> (Places, Vec<(Cycle, Seen)>, Cycle) {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("t.radlog");
-    let (observed, files) = watch(spec, WatchOptions { log: Some(path.clone()), ..Default::default() }).unwrap();
+    let (observed, files) =
+        watch(spec, WatchOptions { log: Some(path.clone()), ..Default::default() }).unwrap();
     put_in_place(files);
     let mut log = Reader::open(&path).unwrap();
     let mut decoder = Decoder::new(&observed.places);
@@ -80,9 +81,9 @@ pub(super) fn seen(spec: &BoardSpec) -> (Places, Vec<(Cycle, Seen)>, Cycle) {
 
 #[test]
 fn watched_run_seen_live_and_from_its_log_is_the_same_in_every_file() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = |name: &str| dir.path().join(name);
     for partition in [Partition::Grid, Partition::ShellsStatic] {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name);
         let spec = spec(partition);
         let look = |log: Option<&str>, wave: &str, slices: &str| WatchOptions {
             log: log.map(path),
@@ -133,7 +134,8 @@ fn watched_run_finds_chosen_rays_in_their_commands_and_bundles() {
         assert_eq!(life.spans[0], (life.born, Phase::Waiting));
         assert_eq!((life.command, life.ray), ray.cast.unwrap());
     }
-    let in_bundle = |i: usize| observed.chosen[i].life.as_ref().map(|life| (life.bundle, life.index)).unwrap();
+    let in_bundle =
+        |i: usize| observed.chosen[i].life.as_ref().map(|life| (life.bundle, life.index)).unwrap();
     assert_eq!([0, 1, 2].map(in_bundle), [(0, 3), (1, 5), (0, 0)]);
 }
 

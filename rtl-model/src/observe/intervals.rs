@@ -54,7 +54,9 @@ impl Interval {
     /// The cause of most block-cycles of a kind, work included; none when it had no cycles. The first of equals leads.
     pub fn leading(&self, kind: Kind) -> Option<Cause> {
         let all = Cause::ALL.into_iter().map(|cause| (cause, self.of(kind, cause)));
-        all.reduce(|best, next| if next.1 > best.1 { next } else { best }).filter(|(_, n)| *n > 0).map(|(c, _)| c)
+        all.reduce(|best, next| if next.1 > best.1 { next } else { best })
+            .filter(|(_, n)| *n > 0)
+            .map(|(c, _)| c)
     }
 }
 

@@ -34,15 +34,8 @@ struct Living {
     cycles: [u64; N],
 }
 
-const NOBODY: Living = Living {
-    is_alive: false,
-    kept: None,
-    born: 0,
-    since: 0,
-    present: 0,
-    tokens: [0; N],
-    cycles: [0; N],
-};
+const NOBODY: Living =
+    Living { is_alive: false, kept: None, born: 0, since: 0, present: 0, tokens: [0; N], cycles: [0; N] };
 
 impl Living {
     /// The most advanced phase.
@@ -358,7 +351,8 @@ mod tests {
     use crate::sim::Directory;
 
     fn lives() -> Lives {
-        let blocks = ["cluster0.bundle_generator", "cluster0.result_merge", "dram"].map(String::from).to_vec();
+        let blocks =
+            ["cluster0.bundle_generator", "cluster0.result_merge", "dram"].map(String::from).to_vec();
         let mut lives = Lives::new(&Places::new(&Directory { blocks, links: Vec::new() }).unwrap());
         lives.see(0, &Seen::Command(CommandMark::Nearest)).unwrap();
         lives.see(0, &Seen::Bundle { block: 0, slot: 3, job: 5, first_ray: 100 }).unwrap();
@@ -435,7 +429,10 @@ mod tests {
             all.collect::<Result<Vec<()>, _>>().unwrap_err().to_string()
         };
         let ray = "cycle 7: ray 0 in slot 3 of cluster 0 ";
-        assert_eq!(fault(&[(Away, Stepping)]), format!("{ray}moves from away to stepping, but is not on the board"));
+        assert_eq!(
+            fault(&[(Away, Stepping)]),
+            format!("{ray}moves from away to stepping, but is not on the board")
+        );
         assert_eq!(fault(&[(Away, Waiting), (Away, Waiting)]), format!("{ray}is born, but alive"));
         let lost = [(Away, Waiting), (Queued, Loading)];
         assert_eq!(fault(&lost), format!("{ray}has no token queued that could go loading"));

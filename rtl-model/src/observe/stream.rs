@@ -5,9 +5,7 @@
 //! ```
 
 use super::Places;
-use crate::sim::{
-    Cause, CommandMark, Cycle, Event, EventKind, Move, Phase, RayRef, activity_of,
-};
+use crate::sim::{Cause, CommandMark, Cycle, Event, EventKind, Move, Phase, RayRef, activity_of};
 
 /// What an event, or several together, tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,7 +186,9 @@ impl Decoder {
                 self.pending = Pending::Nothing;
                 return Ok(Some((now, Seen::Bundle { block, slot, job, first_ray: payload })));
             }
-            (EventKind::Mask | EventKind::FirstRay, _) => return Err(order(at, "follows nothing that it ends")),
+            (EventKind::Mask | EventKind::FirstRay, _) => {
+                return Err(order(at, "follows nothing that it ends"));
+            }
             (_, Pending::Nothing) => {}
             _ => return Err(order(at, "another event was to come")),
         }

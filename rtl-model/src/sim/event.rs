@@ -217,9 +217,20 @@ impl Event {
     /// What happened; `None` for bits that no event has.
     pub fn kind(self) -> Option<EventKind> {
         use EventKind as K;
-        [K::Clock, K::Activity, K::Push, K::Pop, K::Move, K::Moves, K::Mask, K::Bundle, K::Command, K::FirstRay]
-            .get((self.0 >> 60) as usize)
-            .copied()
+        [
+            K::Clock,
+            K::Activity,
+            K::Push,
+            K::Pop,
+            K::Move,
+            K::Moves,
+            K::Mask,
+            K::Bundle,
+            K::Command,
+            K::FirstRay,
+        ]
+        .get((self.0 >> 60) as usize)
+        .copied()
     }
 
     /// The place.
