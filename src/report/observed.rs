@@ -112,7 +112,7 @@ pub struct IntervalReport {
     /// Its first cycle.
     pub from: u64,
     /// By kind of block.
-    pub kinds: BTreeMap<&'static str, KindReport>,
+    pub kinds: BTreeMap<Kind, KindReport>,
 }
 
 /// What the blocks of a kind did in an interval.
@@ -123,7 +123,7 @@ pub struct KindReport {
     /// The cause of most of their cycles.
     pub leads: Option<Cause>,
     /// Block-cycles by cause, those without any left out; fill and drain are among starved and idle.
-    pub cycles: BTreeMap<&'static str, u64>,
+    pub cycles: BTreeMap<Cause, u64>,
 }
 
 /// The life of one ray.
@@ -241,7 +241,7 @@ fn stall_reports(roots: &Roots, places: &Places) -> Vec<StallReport> {
 fn intervals_report(intervals: &Intervals) -> IntervalsReport {
     let length = intervals.length();
     let of_kind = |interval: &rtl_model::observe::Interval, kind: Kind| {
-        let cycles = Cause::ALL.iter().map(|cause| (cause.name(), interval.of(kind, *cause)));
+        let cycles = Cause::ALL.into_iter().map(|cause| (cause, interval.of(kind, cause)));
         KindReport {
             work: share(interval.of(kind, Cause::Work), interval.total(kind)),
             leads: interval.leading(kind),
@@ -250,7 +250,7 @@ fn intervals_report(intervals: &Intervals) -> IntervalsReport {
     };
     let report = (0..).zip(intervals.intervals()).map(|(i, interval)| {
         let present = Kind::ALL.into_iter().filter(|kind| interval.total(*kind) > 0);
-        let kinds = present.map(|kind| (kind.name(), of_kind(interval, kind))).collect();
+        let kinds = present.map(|kind| (kind, of_kind(interval, kind))).collect();
         IntervalReport { from: i * length, kinds }
     });
     IntervalsReport { cycles: length, intervals: report.collect() }
@@ -294,9 +294,9 @@ pub fn observed_lines(out: &mut String, observed: Option<&ObservedReport>) {
         out,
         "observed",
         format_args!(
-            "{} of {} in {}",
+            "{} in {} of the clocked board, {}",
             count(o.events, "events"),
-            count(o.clocked_cycles, "clocked cycles"),
+            count(o.clocked_cycles, "cycles"),
             count(o.commands as u64, if o.commands == 1 { "command" } else { "commands" })
         ),
     );
@@ -384,17 +384,17 @@ fn interval_lines(out: &mut String, report: &IntervalsReport) {
     for kind in [Kind::HostLink, Kind::ShellTracker, Kind::Ctu, Kind::PatchLoader, Kind::Icu, Kind::Dram] {
         let mut digits = String::new();
         for column in report.intervals.chunks(a_column) {
-            let of_kind = column.iter().filter_map(|interval| interval.kinds.get(kind.name()));
+            let of_kind = column.iter().filter_map(|interval| interval.kinds.get(&kind));
             let (mut work, mut all) = (0, 0);
             for kind in of_kind {
-                work += kind.cycles.get(Cause::Work.name()).unwrap_or(&0);
+                work += kind.cycles.get(&Cause::Work).unwrap_or(&0);
                 all += kind.cycles.values().sum::<u64>();
             }
             // Tenths of work, 9 for all of it.
             let tenth = (work * 10).checked_div(all).unwrap_or(0).min(9);
             let _ = write!(digits, "{tenth}");
         }
-        if report.intervals.iter().any(|interval| interval.kinds.contains_key(kind.name())) {
+        if report.intervals.iter().any(|interval| interval.kinds.contains_key(&kind)) {
             line(out, "", format_args!("{:<14} {digits}", kind.name()));
         }
     }
@@ -448,6 +448,13 @@ pub fn trace_summary(r: &TraceReport) -> String {
 mod tests {
     use super::*;
 
+    /// Work in i fifths of the ICU's cycles, the rest without room.
+    fn interval(i: u64) -> IntervalReport {
+        let cycles = BTreeMap::from([(Cause::Work, 20 * i), (Cause::OutputFull, 100 - 20 * i)]);
+        let kind = KindReport { work: i as f64 / 5.0, leads: Some(Cause::OutputFull), cycles };
+        IntervalReport { from: 100 * i, kinds: BTreeMap::from([(Kind::Icu, kind)]) }
+    }
+
     fn observed() -> ObservedReport {
         let life = LifeReport {
             rays: 2,
@@ -489,7 +496,7 @@ mod tests {
             files: vec![PathBuf::from("t.radlog"), PathBuf::from("w.fst")],
             lives: Some(LivesReport { rays: life, low_resolution: None }),
             stall_roots: Some(vec![stall]),
-            intervals: None,
+            intervals: Some(IntervalsReport { cycles: 100, intervals: (0..5).map(interval).collect() }),
             rays: vec![ray],
         }
     }
@@ -499,7 +506,7 @@ mod tests {
         let mut out = String::new();
         observed_lines(&mut out, Some(&observed()));
         for expected in [
-            "observed   1234 events of 500 clocked cycles in 1 command",
+            "observed   1234 events in 500 cycles of the clocked board, 1 command",
             "2 rays, each 45 to 55 cycles on the board, median 45:",
             "waiting 10.0 %, stepping 20.0 %, loading 30.0 %, returning 40.0 %",
             "ctu had no room in 40 block-cycles: icu work 75.0 %, dram memory 25.0 %",
@@ -507,11 +514,13 @@ mod tests {
             "cycles 100..145, 45 in all: waiting 5, stepping 10, loading 10, returning 20",
             "100 stepping, 101 loading",
             "and 16 more",
+            "a digit for 100 cycles:",
+            "icu            02468",
             "  files    t.radlog",
         ] {
             assert!(out.contains(expected), "{expected} is not in\n{out}");
         }
-        assert!(out.lines().count() <= 14 && out.lines().all(|l| l.len() <= 120), "{out}");
+        assert!(out.lines().count() <= 17 && out.lines().all(|l| l.len() <= 120), "{out}");
         let mut nothing = String::new();
         observed_lines(&mut nothing, None);
         assert!(nothing.is_empty());
@@ -524,6 +533,7 @@ mod tests {
         assert_eq!(json["lives"]["cycles_by_phase"].as_object().unwrap().len(), 7);
         assert_eq!(json["stall_roots"][0]["roots"][1]["cause"], "memory");
         assert_eq!(json["stall_roots"][0]["kind"], "ctu");
+        assert_eq!(json["intervals"]["intervals"][1]["kinds"]["icu"]["cycles"]["output_full"], 80);
         assert_eq!(json["rays"][0]["spans"][1], serde_json::json!([101, "loading"]));
     }
 }
