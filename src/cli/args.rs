@@ -27,6 +27,7 @@ const MAX_COUNT: i64 = 100_000;
     after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
   radeng simulate scenes/cornell-box/scene.toml --workload primary --report r.json
+  radeng simulate scenes/cornell-box/scene.toml --trace run.radlog && radeng trace run.radlog --pixel 128,200
   radeng verify scenes/cornell-box/scene.toml --rays 200000
   radeng info delft-1992
 
