@@ -23,7 +23,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::{
     self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
 };
-use crate::raycast::board::{BoardCaster, WarmUp};
+use crate::raycast::board::{BoardCaster, CommandSink, WarmUp};
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::{CastError, Purpose, Query, RayCaster};
@@ -213,7 +213,7 @@ pub fn render_frame(
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
-        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let rendering = timings.measure("pass 2", || {
         let progress = &mut |share| progress(Progress::Render(share));
         render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
@@ -249,7 +249,7 @@ pub fn solve_scene(
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
-        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
@@ -285,7 +285,7 @@ pub fn probe_scene(
     starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, _) = pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+    let (solution, _) = pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let irradiance = timings.measure("probe", || {
         if interpolated {
             return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
@@ -315,13 +315,15 @@ pub struct SimulateOptions {
     pub picture: RenderOptions,
 }
 
-/// Drives the board with the rays of a workload.
+/// Drives the board with the rays of a workload; `watch`, if any, is told every event of it.
 ///
 /// # Errors
-/// As [`render_frame`]; no camera only where camera rays are asked for; a warm-up that leaves nothing to count.
+/// As [`render_frame`]; no camera only where camera rays are asked for; a warm-up that leaves nothing to count; when the
+/// watch wants no more.
 pub fn simulate_scene(
     path: &Path,
     options: &SimulateOptions,
+    watch: Option<&mut dyn CommandSink>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Simulated, FrameError> {
     let SimulateOptions { elements, board, workload, warm_up_cycles, solve, picture } = options;
@@ -331,27 +333,35 @@ pub fn simulate_scene(
         Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
         _ => Vec::new(),
     };
-    let choice = CasterChoice::Board(Box::new(board.clone()));
-    let mut emulated = timings.measure(choice.name(), || make_caster(&choice, &scene, &mesh, &origins))?;
-    if let Caster::Board(board) = &mut emulated {
-        board.warm_up(*warm_up_cycles);
-    }
-    warn_of_lights(&mut scene, &mesh, &mut emulated);
+    let mut emulated = timings.measure("board", || {
+        BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &origins))
+    })?;
+    emulated.warm_up(*warm_up_cycles);
+    let offset_m = emulated.surface_offset_m();
+    scene.warnings.extend(warnings::lights_on_surfaces(&scene, &mesh, offset_m));
     let mut warnings = scene.warnings.clone();
     let pass_1_options = PassOne::Solve(*solve);
     let run = &mut timings;
+    let mut observed;
+    let port: &mut dyn RayCaster = match watch {
+        Some(sink) => {
+            observed = emulated.observed(sink)?;
+            &mut observed
+        }
+        None => &mut emulated,
+    };
     match workload {
         Workload::Rays(rays) => {
-            run.measure("trace", || emulated.port().closest_hits(Purpose::Primary, Query::Rays(rays)))?;
+            run.measure("trace", || port.closest_hits(Purpose::Primary, Query::Rays(rays)))?;
         }
         Workload::Radiosity => {
-            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let (solution, _) = pass_1(&scene, &mesh, port, &pass_1_options, run, progress)?;
             warnings.extend(warnings::open_account(&solution.account));
         }
         Workload::Primary => {
             let camera = camera_of(&scene)?;
             let mut nothing = NullCaster;
-            let mut routed = RoutedCaster::new(Purpose::Primary, emulated.port(), &mut nothing);
+            let mut routed = RoutedCaster::new(Purpose::Primary, port, &mut nothing);
             let look = &mut |share| progress(Progress::Render(share));
             let rendering =
                 run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
@@ -360,8 +370,8 @@ pub fn simulate_scene(
         Workload::Shadow => {
             let camera = camera_of(&scene)?;
             let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &origins)?;
-            let (solution, _) = pass_1(&scene, &mesh, &mut software, &pass_1_options, run, progress)?;
-            let mut routed = RoutedCaster::new(Purpose::Shadow, emulated.port(), software.port());
+            let (solution, _) = pass_1(&scene, &mesh, software.port(), &pass_1_options, run, progress)?;
+            let mut routed = RoutedCaster::new(Purpose::Shadow, port, software.port());
             let pass_2 = &mut |share| progress(Progress::Render(share));
             let rendering = run.measure("pass 2", || {
                 render::render(&scene, &camera, &mesh, &solution, &mut routed, picture, pass_2)
@@ -371,36 +381,30 @@ pub fn simulate_scene(
         }
         Workload::All => {
             let camera = camera_of(&scene)?;
-            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let (solution, _) = pass_1(&scene, &mesh, port, &pass_1_options, run, progress)?;
             let pass_2 = &mut |share| progress(Progress::Render(share));
             let rendering = run.measure("pass 2", || {
-                render::render(&scene, &camera, &mesh, &solution, emulated.port(), picture, pass_2)
+                render::render(&scene, &camera, &mesh, &solution, port, picture, pass_2)
             })?;
             warnings.extend(warnings::open_account(&solution.account));
             warnings.extend(warnings::back_faces(&scene, &rendering));
         }
     }
-    let counted = emulated.statistics().unwrap_or_default();
-    let warm_up = match &emulated {
-        Caster::Board(caster) if *warm_up_cycles > 0 => {
-            let all = caster.board().statistics();
-            let (cycles, commands) = (all.cycles, all.commands);
-            match caster.warmed_up().filter(|_| !counted.is_empty()) {
-                Some(warm_up) => Some(warm_up.clone()),
-                None => return Err(FrameError::AllWarmUp { asked: *warm_up_cycles, cycles, commands }),
+    let counted = emulated.statistics();
+    let warm_up = if *warm_up_cycles > 0 {
+        let all = emulated.board().statistics();
+        match emulated.warmed_up().filter(|_| !counted.is_empty()) {
+            Some(warm_up) => Some(warm_up.clone()),
+            None => {
+                let (cycles, commands) = (all.cycles, all.commands);
+                return Err(FrameError::AllWarmUp { asked: *warm_up_cycles, cycles, commands });
             }
         }
-        _ => None,
+    } else {
+        None
     };
-    Ok(Simulated {
-        board: counted,
-        links: emulated.link_statistics(),
-        warm_up,
-        scene,
-        mesh,
-        timings,
-        warnings,
-    })
+    let links = emulated.link_statistics();
+    Ok(Simulated { board: counted, links, warm_up, scene, mesh, timings, warnings })
 }
 
 /// Loads and meshes a scene, looks at it once through its camera, for warnings, and makes its patch memory for `board`.
@@ -478,7 +482,7 @@ fn warn_of_lights(scene: &mut Scene, mesh: &Mesh, caster: &mut Caster) {
 fn pass_1(
     scene: &Scene,
     mesh: &Mesh,
-    caster: &mut Caster,
+    caster: &mut dyn RayCaster,
     how: &PassOne,
     timings: &mut Timings,
     progress: &mut dyn FnMut(Progress),
@@ -487,7 +491,7 @@ fn pass_1(
         PassOne::Load(file) => Ok(radiosity::solution_file::load(file, scene, mesh)?),
         PassOne::Solve(options) => {
             let progress = &mut |p| progress(Progress::Solve(p));
-            let solution = radiosity::solve(scene, mesh, caster.port(), options, progress)?;
+            let solution = radiosity::solve(scene, mesh, caster, options, progress)?;
             Ok((solution, *options))
         }
     })

@@ -34,6 +34,8 @@ pub mod verify;
 
 pub mod vectors;
 
+pub mod trace;
+
 pub mod report;
 
 pub mod experiments;

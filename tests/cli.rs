@@ -10,8 +10,8 @@ mod place;
 
 use place::{Place, scene};
 
-const SUBCOMMANDS: [&str; 9] =
-    ["render", "solve", "probe", "simulate", "verify", "compare", "info", "generate", "experiment"];
+const SUBCOMMANDS: [&str; 10] =
+    ["render", "solve", "probe", "simulate", "trace", "verify", "compare", "info", "generate", "experiment"];
 
 fn write_exr(place: &Place, name: &str, pixels: Vec<Rgb>) {
     let film = Film::from_pixels(pixels.len(), 1, pixels);

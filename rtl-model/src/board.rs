@@ -580,6 +580,11 @@ impl Board {
         statistics
     }
 
+    /// Cycles in which the board was clocked: all but those on the host's side of interrupts.
+    pub fn clocked_cycles(&self) -> Cycle {
+        self.now
+    }
+
     /// The specification.
     pub fn spec(&self) -> &BoardSpec {
         &self.spec
@@ -607,4 +612,4 @@ impl Board {
 
 #[cfg(test)]
 #[path = "board_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -15,7 +15,7 @@ use crate::spec::{
 };
 
 /// A small deterministic generator: 31 random bits a call.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     fn bits(&mut self) -> i64 {
@@ -23,7 +23,7 @@ impl Random {
         (self.0 >> 33).cast_signed()
     }
 
-    fn below(&mut self, n: i64) -> i64 {
+    pub(crate) fn below(&mut self, n: i64) -> i64 {
         self.bits() % n
     }
 
@@ -37,7 +37,7 @@ impl Random {
     }
 }
 
-fn random_patches(random: &mut Random, formats: &Formats, n: u32) -> Vec<PatchWords> {
+pub(crate) fn random_patches(random: &mut Random, formats: &Formats, n: u32) -> Vec<PatchWords> {
     let f = formats.coord_frac_bits;
     (0..n)
         .map(|id| {
@@ -58,7 +58,12 @@ fn random_patches(random: &mut Random, formats: &Formats, n: u32) -> Vec<PatchWo
         .collect()
 }
 
-fn random_bundles(random: &mut Random, formats: &Formats, n: usize, most_rays: i64) -> Vec<BundleWords> {
+pub(crate) fn random_bundles(
+    random: &mut Random,
+    formats: &Formats,
+    n: usize,
+    most_rays: i64,
+) -> Vec<BundleWords> {
     (0..n)
         .map(|_| {
             let apex = random.point(formats.coord_frac_bits);
@@ -72,7 +77,7 @@ fn random_bundles(random: &mut Random, formats: &Formats, n: usize, most_rays: i
         .collect()
 }
 
-fn rays_of(formats: &Formats, bundles: &[BundleWords]) -> Vec<RayWords> {
+pub(crate) fn rays_of(formats: &Formats, bundles: &[BundleWords]) -> Vec<RayWords> {
     bundles.iter().flat_map(|b| (0..b.n_rays()).map(|i| b.ray(formats, i))).collect()
 }
 
@@ -114,7 +119,7 @@ fn any_partition() -> impl Strategy<Value = (Partition, ShellSpec, DispatchSpec)
 }
 
 /// Boards that differ in everything that is timing, of all partitions.
-fn any_spec() -> impl Strategy<Value = BoardSpec> {
+pub(crate) fn any_spec() -> impl Strategy<Value = BoardSpec> {
     let structure = (1u32..5, 1u32..4, 1u32..5, 1u32..4, 1u32..9);
     let timing = (1u32..4, 1u32..7, 1u32..3, 1u32..30);
     let fifos = (1u32..6, 1u32..6, 1u32..41, 1u32..4);
@@ -165,7 +170,7 @@ fn any_spec() -> impl Strategy<Value = BoardSpec> {
 }
 
 /// The image that a board of `spec` holds, with a grid of its own.
-fn image_of(spec: &BoardSpec, patches: &[PatchWords], grid: u32) -> MemoryImage {
+pub(crate) fn image_of(spec: &BoardSpec, patches: &[PatchWords], grid: u32) -> MemoryImage {
     MemoryImage::build_laid_out(&spec.formats, patches, Some(grid), u64::MAX, spec.dram.layout)
 }
 

@@ -29,3 +29,5 @@ pub mod memory;
 pub mod board;
 
 pub mod statistics;
+
+pub mod observe;

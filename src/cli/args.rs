@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::look::LookArgs;
 use crate::image::Exposure;
 use crate::image::exposure::ExposureError;
 use crate::scene::MAX_ELEMENTS;
@@ -26,6 +27,7 @@ const MAX_COUNT: i64 = 100_000;
     after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
   radeng simulate scenes/cornell-box/scene.toml --workload primary --report r.json
+  radeng simulate scenes/cornell-box/scene.toml --trace run.radlog && radeng trace run.radlog --pixel 128,200
   radeng verify scenes/cornell-box/scene.toml --rays 200000
   radeng info delft-1992
 
@@ -53,6 +55,8 @@ pub enum Command {
     Probe(ProbeArgs),
     /// Drive the emulated board with a workload and account for its cycles
     Simulate(SimulateArgs),
+    /// Look again, without simulating, at a run that `simulate --trace` recorded
+    Trace(TraceArgs),
     /// Check the board bit for bit against a floating-point oracle, and measure it against software
     Verify(VerifyArgs),
     /// Compare two EXR pictures, or two reports of runs on the board: what differs, and by how much
@@ -248,6 +252,9 @@ pub enum WorkloadArg {
   radeng simulate scene.toml --board my-board.toml --workload all --report run.json
   radeng simulate scene.toml --rays rays.csv           rays in metres through a scene
   radeng simulate --rays vectors.csv --board minimal   test vectors: no scene, no renderer
+  radeng simulate scene.toml --account --interval 10000            phases of rays, roots of stalls, work over time
+  radeng simulate scene.toml --pixel 100,80                        a pixel's rays, cycle by cycle
+  radeng simulate scene.toml --trace run.radlog --window 0..50000 --wave run.fst --perfetto run.json
 
 With SCENE a rays file has one ray a line: ox,oy,oz,dx,dy,dz[,t_max], origin in metres, t_max in lengths of \
     the direction. Empty lines and lines that start with # are skipped.
@@ -293,6 +300,34 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub all_blocks: bool,
     /// Write a JSON report (radeng/simulate/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Write every event of the run, 8 bytes each, for `radeng trace`
+    #[arg(long, value_name = "FILE.radlog", help_heading = "Looking inside")]
+    pub trace: Option<PathBuf>,
+    /// What is to be seen of the run.
+    #[command(flatten)]
+    pub look: LookArgs,
+}
+
+/// `radeng trace`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng simulate scene.toml --trace run.radlog
+  radeng trace run.radlog                                     phases of rays, roots of stalls
+  radeng trace run.radlog --window 20000..30000 --wave w.fst --perfetto p.json
+  radeng trace run.radlog --pixel 100,80 --report pixel.json  from a pixel to its rays to their cycles
+
+The log knows the picture and what each command was for. Cycles are those in which the board is clocked: the \
+    host's side of interrupts is not among them.")]
+pub struct TraceArgs {
+    /// The event log (.radlog)
+    #[arg(value_name = "LOG")]
+    pub log: PathBuf,
+    /// What is to be seen of the run.
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// Write a JSON report (radeng/trace/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
 }

@@ -7,6 +7,7 @@ use crate::frame::FrameError;
 use crate::image::exr::ReadError;
 use crate::image::{DifferenceError, OutputError};
 use crate::radiosity::solution_file::SolutionFileError;
+use crate::trace::TraceError;
 use crate::vectors::{CheckError, VectorsError};
 
 /// A bad input, named.
@@ -67,6 +68,17 @@ pub enum CliError {
     /// An experiment.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
+    /// A run that cannot be watched.
+    #[error(transparent)]
+    Watch(#[from] TraceError),
+    /// An event log.
+    #[error("{path}: {source}", path = path.display())]
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TraceError,
+    },
     /// A plot that cannot be drawn.
     #[error("the plot cannot be drawn: {0}")]
     Plot(String),

@@ -13,6 +13,7 @@ mod experiment;
 mod generate;
 mod given;
 mod info;
+mod look;
 pub mod plan;
 mod probe;
 mod progress;
@@ -21,6 +22,7 @@ mod render;
 mod simulate;
 mod solve;
 mod sweep;
+mod trace;
 mod vectors;
 mod vectors_text;
 mod verify;
@@ -55,6 +57,7 @@ pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
         Command::Solve(args) => solve::run(args),
         Command::Probe(args) => probe::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Trace(args) => trace::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args),

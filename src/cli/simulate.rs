@@ -3,13 +3,18 @@
 
 use std::path::Path;
 
+use rtl_model::spec::BoardSpec;
+
 use super::args::{ReconstructArg, SimulateArgs, WorkloadArg};
 use super::progress::Bars;
 use super::rays::read_rays;
-use super::{CliError, Outcome, plan, render, vectors};
+use super::{CliError, Outcome, plan, render, trace, vectors};
 use crate::frame::{self, SimulateOptions, Workload};
 use crate::image::OutputFiles;
-use crate::report::{self, BoardReport, SceneFacts, SimulateReport, WarmUpReport};
+use crate::raycast::board::CommandSink;
+use crate::render::RenderOptions;
+use crate::report::{self, BoardReport, ObservedReport, SceneFacts, SimulateReport, WarmUpReport};
+use crate::trace::{About, Picture, Watch};
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
     let scene = match (&args.scene, &args.rays) {
@@ -19,9 +24,10 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
             return Err(CliError::Usage("expected SCENE, or --rays with test vectors".to_owned()));
         }
     };
+    let [wave, slices] = args.look.outputs();
     plan::check_outputs(
         [],
-        &[(args.report.as_deref(), "json")],
+        &[(args.report.as_deref(), "json"), (args.trace.as_deref(), "radlog"), wave, slices],
         &[Some(scene), args.rays.as_deref(), Some(Path::new(&args.board))],
     )?;
     let board = plan::resolve_board(&args.board)?;
@@ -37,6 +43,8 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         },
     };
 
+    let mut watch = watch(args, &board, scene, name, &picture)?;
+    let sink = watch.as_mut().map(|watch| watch as &mut dyn CommandSink);
     let mut bars = Bars::new(solve.unshot_share, render::n_camera_rays(&picture));
     let show = &mut |p| bars.show(p);
     let options = SimulateOptions {
@@ -47,8 +55,9 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         solve,
         picture,
     };
-    let run = frame::simulate_scene(scene, &options, show)?;
+    let run = frame::simulate_scene(scene, &options, sink, show)?;
     bars.finish();
+    let (seen, written) = watch.map(Watch::finish).transpose()?.unzip();
 
     let report = SimulateReport {
         schema: SimulateReport::SCHEMA,
@@ -60,14 +69,39 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         options: Some(options.picture),
         solve_options: Some(options.solve),
         board: BoardReport::new(&options.board, &run.board, &run.links),
+        observed: seen.as_ref().map(ObservedReport::new),
         timings: run.timings,
         warnings: run.warnings,
     };
+    let mut files = OutputFiles::new();
     if let Some(path) = &args.report {
-        let mut files = OutputFiles::new();
         files.stage(path, report::to_json(&report));
-        files.commit()?;
     }
+    trace::put_in_place(files, written.unwrap_or_default())?;
     let text = report::terminal::simulate_summary(&report, args.all_blocks);
     Ok(Outcome { text, warnings: report.warnings, check_failed: false })
+}
+
+/// A watch over the run, where one is asked for.
+fn watch(
+    args: &SimulateArgs,
+    board: &BoardSpec,
+    scene: &Path,
+    workload: &str,
+    picture: &RenderOptions,
+) -> Result<Option<Watch>, CliError> {
+    let options = args.look.resolve(args.trace.clone())?;
+    if !options.is_on() {
+        return Ok(None);
+    }
+    let &RenderOptions { width, height, samples, .. } = picture;
+    let has_camera_rays = matches!(workload, "primary" | "all");
+    let about = About {
+        board: board.name.clone(),
+        clock_mhz: board.clock_mhz,
+        workload: workload.to_owned(),
+        scene: Some(scene.to_owned()),
+        picture: has_camera_rays.then_some(Picture { width, height, samples }),
+    };
+    Ok(Some(Watch::new(options, about)?))
 }

@@ -34,8 +34,25 @@ pub(super) fn read_bytes(path: &Path, expected: &str) -> Result<Vec<u8>, CliErro
 
 /// Flags of `simulate` that mean nothing without a scene.
 fn check_flags(args: &SimulateArgs) -> Result<(), CliError> {
-    let of_scenes =
-        ["elements", "seed", "dense_visibility", "width", "height", "samples", "shadow_strata", "warm_up"];
+    let of_scenes = [
+        "elements",
+        "seed",
+        "dense_visibility",
+        "width",
+        "height",
+        "samples",
+        "shadow_strata",
+        "warm_up",
+        "trace",
+        "account",
+        "interval",
+        "pixel",
+        "ray",
+        "wave",
+        "perfetto",
+        "window",
+        "force",
+    ];
     let unused = of_scenes.into_iter().filter(|id| args.given.has(id));
     let unused: Vec<String> = unused.map(|id| format!("--{}", id.replace('_', "-"))).collect();
     match unused.as_slice() {
@@ -106,6 +123,7 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         scene: None,
         workload: "vectors",
         rays_file: Some(path.to_owned()),
+        observed: None,
         vectors: Some(VectorsReport::new(&vectors, &check)),
         warm_up: None,
         options: None,

@@ -3,8 +3,10 @@
 //!
 //! ```text
 //! Query --quantized.rs--> RayWords | BundleWords --rtl_model::board::Board, cycle by cycle--> HitWords | bits
+//! BoardCaster --observed(CommandSink)--> ObservedBoard: the same answers, every event told to the sink
 //! ```
-//! Rays go down as they come: explicit rays as records, bundles as descriptors that the board expands itself.
+//! Rays go down as they come: explicit rays as records, bundles as descriptors that the board expands itself. A query of
+//! many rays is several commands.
 //! A warm-up leaves the first commands out of every count: those up to the first that ends at or after a given cycle.
 
 use std::collections::BTreeMap;
@@ -12,7 +14,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rtl_model::board::{Board, BoardError, Work};
 use rtl_model::datapath::HitWords;
-use rtl_model::sim::FifoStatistics;
+use rtl_model::sim::{Directory, Event, FifoStatistics};
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
 
@@ -51,13 +53,54 @@ enum Warming {
     Over(Box<WarmUp>),
 }
 
-/// The board, looked at after every command.
-struct Watched<'a> {
-    board: &'a mut Board,
-    warming: &'a mut Warming,
+/// Who watches a board: is told its places, then of each command its purpose, its rays and its events.
+pub trait CommandSink {
+    /// The board's blocks and links.
+    ///
+    /// # Errors
+    /// Why it will not watch.
+    fn board(&mut self, directory: Directory) -> Result<(), CastError>;
+
+    /// A command of `n_rays >= 1` rays begins.
+    fn command(&mut self, purpose: Purpose, n_rays: u64);
+
+    /// Its next events.
+    fn events(&mut self, events: &[Event]);
+
+    /// A query is answered, with one command or several; the board was clocked in `clocked_cycles` so far.
+    ///
+    /// # Errors
+    /// Why it wants no more.
+    fn answered(&mut self, clocked_cycles: u64) -> Result<(), CastError>;
 }
 
-impl Watched<'_> {
+/// A board caster, watched.
+pub struct ObservedBoard<'a> {
+    caster: &'a mut BoardCaster,
+    sink: &'a mut dyn CommandSink,
+}
+
+/// One query's way through a board: who watches is told before and during every command, the warm-up looks after it.
+struct Passage<'a, 's> {
+    board: &'a mut Board,
+    warming: &'a mut Warming,
+    sink: Option<&'a mut (dyn CommandSink + 's)>,
+    purpose: Purpose,
+}
+
+impl Passage<'_, '_> {
+    fn begin(&mut self, work: Work<'_>) {
+        let n_rays = match work {
+            Work::Rays(rays) => rays.len(),
+            Work::Bundles(bundles) => {
+                bundles.iter().map(rtl_model::datapath::bundle::BundleWords::n_rays).sum()
+            }
+        };
+        if let Some(sink) = self.sink.as_mut().filter(|_| n_rays > 0) {
+            sink.command(self.purpose, n_rays as u64);
+        }
+    }
+
     fn end_warm_up(&mut self) {
         if let Warming::Until(asked_cycles) = *self.warming {
             let excluded = self.board.statistics();
@@ -70,21 +113,64 @@ impl Watched<'_> {
     }
 }
 
-impl Tracer for Watched<'_> {
+impl Tracer for Passage<'_, '_> {
     fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
-        let hits = self.board.trace_nearest(work)?;
+        self.begin(work);
+        let hits = match &mut self.sink {
+            Some(sink) => self.board.trace_nearest_observed(work, &mut |events| sink.events(events)),
+            None => self.board.trace_nearest(work),
+        }?;
         self.end_warm_up();
         Ok(hits)
     }
 
     fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
-        let hits = self.board.trace_any(work)?;
+        self.begin(work);
+        let hits = match &mut self.sink {
+            Some(sink) => self.board.trace_any_observed(work, &mut |events| sink.events(events)),
+            None => self.board.trace_any(work),
+        }?;
         self.end_warm_up();
         Ok(hits)
     }
 }
 
+impl RayCaster for ObservedBoard<'_> {
+    fn name(&self) -> &'static str {
+        self.caster.name()
+    }
+
+    fn closest_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<Option<RayHit>>, CastError> {
+        let hits = self.caster.booked(purpose, Some(&mut *self.sink), |quantizer, board| {
+            quantized::closest_hits(quantizer, board, query)
+        })?;
+        self.sink.answered(self.caster.board.clocked_cycles())?;
+        Ok(hits)
+    }
+
+    fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
+        let hits = self.caster.booked(purpose, Some(&mut *self.sink), |quantizer, board| {
+            quantized::any_hits(quantizer, board, query)
+        })?;
+        self.sink.answered(self.caster.board.clocked_cycles())?;
+        Ok(hits)
+    }
+
+    fn surface_offset_m(&self) -> f64 {
+        self.caster.surface_offset_m()
+    }
+}
+
 impl BoardCaster {
+    /// The same caster, every event of its commands told to `sink`.
+    ///
+    /// # Errors
+    /// When the sink will not watch this board.
+    pub fn observed<'a>(&'a mut self, sink: &'a mut dyn CommandSink) -> Result<ObservedBoard<'a>, CastError> {
+        sink.board(self.board.directory())?;
+        Ok(ObservedBoard { caster: self, sink })
+    }
+
     /// Quantises the scene and loads it into the board. `extra_points` (m): camera, lights, probes.
     ///
     /// # Errors
@@ -147,12 +233,13 @@ impl BoardCaster {
     fn booked<T>(
         &mut self,
         purpose: Purpose,
-        work: impl FnOnce(&Quantizer, &mut Watched<'_>) -> Result<T, CastError>,
+        sink: Option<&mut dyn CommandSink>,
+        work: impl FnOnce(&Quantizer, &mut Passage<'_, '_>) -> Result<T, CastError>,
     ) -> Result<T, CastError> {
         let mut before = self.board.statistics();
         let was_over = self.warmed_up().is_some();
-        let mut watched = Watched { board: &mut self.board, warming: &mut self.warming };
-        let answer = work(&self.quantizer, &mut watched);
+        let mut passage = Passage { board: &mut self.board, warming: &mut self.warming, sink, purpose };
+        let answer = work(&self.quantizer, &mut passage);
         match &self.warming {
             Warming::Until(_) => return answer,
             Warming::Over(warm_up) if !was_over => before = warm_up.excluded.clone(),
@@ -176,11 +263,11 @@ impl RayCaster for BoardCaster {
     }
 
     fn closest_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<Option<RayHit>>, CastError> {
-        self.booked(purpose, |quantizer, board| quantized::closest_hits(quantizer, board, query))
+        self.booked(purpose, None, |quantizer, board| quantized::closest_hits(quantizer, board, query))
     }
 
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
-        self.booked(purpose, |quantizer, board| quantized::any_hits(quantizer, board, query))
+        self.booked(purpose, None, |quantizer, board| quantized::any_hits(quantizer, board, query))
     }
 
     fn surface_offset_m(&self) -> f64 {

@@ -55,7 +55,7 @@ pub struct RayHit {
 }
 
 /// What rays are cast for: reports count rays, tests and cycles by purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Purpose {
     /// Camera rays.
@@ -103,6 +103,9 @@ pub enum CastError {
     /// The scene or a ray does not fit the board.
     #[error("board: {0}")]
     Board(String),
+    /// Who watches the board wants no more of it.
+    #[error("{0}")]
+    Watcher(String),
 }
 
 /// Answers rays. The contract, checked for every backend by one suite (`tests/caster_contract.rs`):

@@ -60,6 +60,16 @@ impl View {
 }
 
 impl Tile {
+    /// Its rays, one a pixel.
+    pub fn n_rays(&self) -> usize {
+        (self.n * self.m) as usize
+    }
+
+    /// True when it has pixel (x, y).
+    pub fn contains(&self, x: u32, y: u32) -> bool {
+        (self.x..self.x + self.n).contains(&x) && (self.y..self.y + self.m).contains(&y)
+    }
+
     /// Index of the pixel of ray `i` in a picture `width` wide.
     pub fn pixel(&self, i: usize, width: u32) -> usize {
         let (column, row) = (i as u32 % self.n, i as u32 / self.n);

@@ -134,6 +134,30 @@ pub fn camera_bundles(camera: &Camera, width: u32, height: u32) -> Vec<RayBundle
     morton_tiles(width, height).iter().map(|tile| view.bundle(tile, 0, 1)).collect()
 }
 
+/// The numbers that the camera rays of pixel (x, y) have, sample by sample, among all camera rays of a picture in the order
+/// in which [`render`] casts them.
+pub fn camera_ray_numbers(width: u32, height: u32, samples: u32, x: u32, y: u32) -> Vec<u64> {
+    let samples = samples.clamp(1, MAX_SAMPLES);
+    let tiles = morton_tiles(width, height);
+    let pixel = y as usize * width as usize + x as usize;
+    let mut before = 0;
+    for band in tiles.chunks(TILES_PER_BAND) {
+        let mut in_band = 0;
+        let mut found = None;
+        for tile in band {
+            let n_rays = tile.n_rays();
+            let place = tile.contains(x, y).then(|| (0..n_rays).find(|i| tile.pixel(*i, width) == pixel));
+            found = found.or(place.flatten().map(|i| (in_band + i) as u64));
+            in_band += n_rays;
+        }
+        if let Some(place) = found {
+            return (0..u64::from(samples)).map(|s| before + s * in_band as u64 + place).collect();
+        }
+        before += u64::from(samples) * in_band as u64;
+    }
+    Vec::new()
+}
+
 /// The bundles of one sample of a band of tiles, and a path per ray in their order.
 fn camera_wave(
     view: &View,

@@ -12,7 +12,7 @@ use glam::DVec3;
 use rtl_model::fixed::Formats;
 use serde::Serialize;
 
-use super::{BoardReport, Timings};
+use super::{BoardReport, ObservedReport, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
@@ -217,6 +217,8 @@ pub struct SimulateReport {
     /// The board's work.
     #[serde(flatten)]
     pub board: BoardReport,
+    /// What was seen inside the run, where it was looked at.
+    pub observed: Option<ObservedReport>,
     /// Wall times of the emulation.
     pub timings: Timings,
     /// Warnings, as shown.

@@ -4,6 +4,7 @@
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
 //!               --board.rs------> BoardReport (totals, bounds.rs, energy.rs, stall tables, queues, by purpose)
 //! two reports   --compare_runs.rs--> RunComparison
+//!               --observed.rs---> ObservedReport (lives of rays, roots of stalls, work over time)
 //!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
 //!               --terminal.rs, board_text.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
 //! ```
@@ -17,6 +18,7 @@ pub mod compare_runs_text;
 pub mod documents;
 pub mod energy;
 pub mod groups;
+pub mod observed;
 pub mod si;
 pub mod side_by_side;
 pub mod sweep_plot;
@@ -31,6 +33,7 @@ pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
     SimulateReport, SolveReport, VectorsReport, WarmUpReport,
 };
+pub use observed::{ObservedReport, TraceReport};
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
 
 use std::time::Instant;

@@ -82,6 +82,7 @@ impl BundleGenerator {
             if O::ON {
                 let payload = u32::from(slot) << 24 | job.index & 0xff_ffff;
                 run.observer.event(now, EventKind::Bundle, run.block, payload);
+                run.observer.event(now, EventKind::FirstRay, run.block, job.first_ray);
             }
             self.current = Some(Current { job, slot, next: 0 });
             return Activity::Work;

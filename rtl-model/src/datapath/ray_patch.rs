@@ -65,7 +65,7 @@ pub fn intersect(formats: &Formats, ray: &RayWords, patch: &PatchWords) -> Optio
 /// In hardware the first stages of the pipe, computed anew for each test; here once for all rays with one apex. Besides
 /// the integers it keeps them as f64, for a first look at the signs of the edge values: e' = sum c_k d_k in f64 differs
 /// from the exact e by less than 8 2^-53 sum |c_k| |d_k| (rounding of three words of c, exact words of d, three products,
-/// two sums, to first order 5 2^-53), so with [`SIGN_MARGIN`] times that sum between e' and 0 its sign is e's. Where any
+/// two sums, to first order 5 2^-53), so with `SIGN_MARGIN` times that sum between e' and 0 its sign is e's. Where any
 /// sign of a patch is in doubt, or the ray is inside, the integers decide.
 #[derive(Clone, Debug)]
 pub struct SeenPatch {

@@ -10,7 +10,7 @@ use super::event::activity_payload;
 use super::{Cycle, EventKind, Observer};
 
 /// Why a block did what it did in a cycle: exactly one cause per block and cycle, the first that applies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// Did useful work.

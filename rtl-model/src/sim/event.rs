@@ -50,6 +50,8 @@ pub enum EventKind {
     Bundle = 7,
     /// A command starts or ends; payload: a [`CommandMark`].
     Command = 8,
+    /// Follows `Bundle`; payload: number of the bundle's first ray in its command (or low-resolution cast).
+    FirstRay = 9,
 }
 
 /// What a `Command` event marks.
@@ -66,6 +68,14 @@ pub enum CommandMark {
     Bundles = 3,
     /// The last result is delivered; the host is interrupted.
     End = 4,
+}
+
+impl CommandMark {
+    /// From the payload of a `Command` event.
+    pub fn of_payload(payload: u32) -> Option<CommandMark> {
+        use CommandMark as M;
+        [M::Nearest, M::Any, M::LowResolution, M::Bundles, M::End].get(payload as usize).copied()
+    }
 }
 
 /// A phase of a ray's life, the most advanced last but for `Away`.
@@ -207,9 +217,20 @@ impl Event {
     /// What happened; `None` for bits that no event has.
     pub fn kind(self) -> Option<EventKind> {
         use EventKind as K;
-        [K::Clock, K::Activity, K::Push, K::Pop, K::Move, K::Moves, K::Mask, K::Bundle, K::Command]
-            .get((self.0 >> 60) as usize)
-            .copied()
+        [
+            K::Clock,
+            K::Activity,
+            K::Push,
+            K::Pop,
+            K::Move,
+            K::Moves,
+            K::Mask,
+            K::Bundle,
+            K::Command,
+            K::FirstRay,
+        ]
+        .get((self.0 >> 60) as usize)
+        .copied()
     }
 
     /// The place.
@@ -268,7 +289,7 @@ impl Observer for Silent {
     fn event(&mut self, _: Cycle, _: EventKind, _: u16, _: u32) {}
 }
 
-/// Events handed on at once.
+/// Events handed on at once, at most.
 const CHUNK: usize = 1 << 15;
 
 /// Takes events chunk by chunk.
@@ -276,33 +297,52 @@ pub type EventSink<'a> = &'a mut dyn FnMut(&[Event]);
 
 /// Gathers events into chunks for a sink. The first event is a `Clock`.
 pub struct EventLog<'a> {
-    chunk: Vec<Event>,
+    chunk: Box<[Event; CHUNK]>,
+    /// Events of the chunk that are pending, under `CHUNK`.
+    pending: usize,
     clock: u64,
     sink: EventSink<'a>,
 }
 
 impl std::fmt::Debug for EventLog<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("EventLog").field("pending", &self.chunk.len()).finish_non_exhaustive()
+        f.debug_struct("EventLog").field("pending", &self.pending).finish_non_exhaustive()
     }
 }
 
 impl<'a> EventLog<'a> {
     /// A log into `sink`.
     pub fn new(sink: EventSink<'a>) -> Self {
-        EventLog { chunk: Vec::with_capacity(CHUNK), clock: u64::MAX, sink }
+        EventLog { chunk: Box::new([Event(0); CHUNK]), pending: 0, clock: u64::MAX, sink }
     }
 
     /// Hands on what is pending.
     pub fn flush(&mut self) {
-        (self.sink)(&self.chunk);
-        self.chunk.clear();
+        (self.sink)(&self.chunk[..self.pending]);
+        self.pending = 0;
+    }
+
+    /// The mask says what always holds, so that no bound needs a check.
+    #[inline]
+    fn put(&mut self, event: Event) {
+        self.chunk[self.pending & (CHUNK - 1)] = event;
+        self.pending += 1;
+        if self.pending == CHUNK {
+            self.hand_on();
+        }
     }
 
     #[cold]
+    #[inline(never)]
+    fn hand_on(&mut self) {
+        self.flush();
+    }
+
+    #[cold]
+    #[inline(never)]
     fn set_clock(&mut self, now: Cycle) {
         self.clock = now >> CYCLE_BITS;
-        self.chunk.push(Event::new(now, EventKind::Clock, 0, self.clock as u32));
+        self.put(Event::new(now, EventKind::Clock, 0, self.clock as u32));
     }
 }
 
@@ -314,10 +354,7 @@ impl Observer for EventLog<'_> {
         if now >> CYCLE_BITS != self.clock {
             self.set_clock(now);
         }
-        self.chunk.push(Event::new(now, kind, place, payload));
-        if self.chunk.len() + 2 > CHUNK {
-            self.flush();
-        }
+        self.put(Event::new(now, kind, place, payload));
     }
 }
 
