@@ -34,11 +34,13 @@ use crate::units::{Irradiance, Rgb};
 
 mod caster;
 mod error;
+mod recorded;
 mod verify;
 mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
+pub use recorded::{Simulation, record_scene, replay_scene};
 pub use verify::{Verified, verify_scene};
 
 /// How pass 1 comes about.
@@ -204,7 +206,7 @@ pub fn render_frame(
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
-        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let rendering = timings.measure("pass 2", || {
         let progress = &mut |share| progress(Progress::Render(share));
         render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
@@ -239,7 +241,7 @@ pub fn solve_scene(
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
-        pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
@@ -274,7 +276,7 @@ pub fn probe_scene(
     starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, _) = pass_1(&scene, &mesh, &mut caster, &options.pass_1, &mut timings, progress)?;
+    let (solution, _) = pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
     let irradiance = timings.measure("probe", || {
         if interpolated {
             return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
@@ -302,57 +304,96 @@ pub fn simulate_scene(
 ) -> Result<Simulated, FrameError> {
     let mut timings = Timings::default();
     let (mut scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
-    let origins: Vec<DVec3> = match workload {
-        Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
-        _ => Vec::new(),
-    };
+    let origins = workload.origins();
     let choice = CasterChoice::Board(Box::new(board.clone()));
     let mut emulated = timings.measure(choice.name(), || make_caster(&choice, &scene, &mesh, &origins))?;
     warn_of_lights(&mut scene, &mesh, &mut emulated);
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let warnings = cast_workload(&host, emulated.port(), &mut timings, progress)?;
+    Ok(Simulated { board: emulated.statistics().unwrap_or_default(), scene, mesh, timings, warnings })
+}
+
+impl Workload {
+    /// Its name, as on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Workload::Primary => "primary",
+            Workload::Radiosity => "radiosity",
+            Workload::Shadow => "shadow",
+            Workload::All => "all",
+            Workload::Rays(_) => "rays",
+        }
+    }
+
+    /// Where its own rays start (m); those of the others start on surfaces, at the eye and at lights.
+    fn origins(&self) -> Vec<DVec3> {
+        match self {
+            Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// A host's run of a workload.
+struct HostRun<'a> {
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    workload: &'a Workload,
+    solve: &'a SolveOptions,
+    picture: &'a RenderOptions,
+}
+
+/// Casts the rays of a workload with `emulated`, in the order that the host casts them in; what the user should know.
+fn cast_workload(
+    host: &HostRun<'_>,
+    emulated: &mut dyn RayCaster,
+    run: &mut Timings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Vec<String>, FrameError> {
+    let HostRun { scene, mesh, workload, solve, picture } = *host;
     let mut warnings = scene.warnings.clone();
     let pass_1_options = PassOne::Solve(*solve);
-    let run = &mut timings;
     match workload {
         Workload::Rays(rays) => {
-            run.measure("trace", || emulated.port().closest_hits(Purpose::Primary, Query::Rays(rays)))?;
+            run.measure("trace", || emulated.closest_hits(Purpose::Primary, Query::Rays(rays)))?;
         }
         Workload::Radiosity => {
-            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let (solution, _) = pass_1(scene, mesh, emulated, &pass_1_options, run, progress)?;
             warnings.extend(warnings::open_account(&solution.account));
         }
         Workload::Primary => {
-            let camera = camera_of(&scene)?;
+            let camera = camera_of(scene)?;
             let mut nothing = NullCaster;
-            let mut routed = RoutedCaster::new(Purpose::Primary, emulated.port(), &mut nothing);
+            let mut routed = RoutedCaster::new(Purpose::Primary, emulated, &mut nothing);
             let look = &mut |share| progress(Progress::Render(share));
             let rendering =
-                run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
-            warnings.extend(warnings::back_faces(&scene, &rendering));
+                run.measure("trace", || look_through(scene, &camera, mesh, &mut routed, picture, look))?;
+            warnings.extend(warnings::back_faces(scene, &rendering));
         }
         Workload::Shadow => {
-            let camera = camera_of(&scene)?;
-            let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &origins)?;
-            let (solution, _) = pass_1(&scene, &mesh, &mut software, &pass_1_options, run, progress)?;
-            let mut routed = RoutedCaster::new(Purpose::Shadow, emulated.port(), software.port());
+            let camera = camera_of(scene)?;
+            let mut software = make_caster(&CasterChoice::Software, scene, mesh, &workload.origins())?;
+            let (solution, _) = pass_1(scene, mesh, software.port(), &pass_1_options, run, progress)?;
+            let mut routed = RoutedCaster::new(Purpose::Shadow, emulated, software.port());
             let pass_2 = &mut |share| progress(Progress::Render(share));
             let rendering = run.measure("pass 2", || {
-                render::render(&scene, &camera, &mesh, &solution, &mut routed, picture, pass_2)
+                render::render(scene, &camera, mesh, &solution, &mut routed, picture, pass_2)
             })?;
             warnings.extend(warnings::open_account(&solution.account));
-            warnings.extend(warnings::back_faces(&scene, &rendering));
+            warnings.extend(warnings::back_faces(scene, &rendering));
         }
         Workload::All => {
-            let camera = camera_of(&scene)?;
-            let (solution, _) = pass_1(&scene, &mesh, &mut emulated, &pass_1_options, run, progress)?;
+            let camera = camera_of(scene)?;
+            let (solution, _) = pass_1(scene, mesh, emulated, &pass_1_options, run, progress)?;
             let pass_2 = &mut |share| progress(Progress::Render(share));
             let rendering = run.measure("pass 2", || {
-                render::render(&scene, &camera, &mesh, &solution, emulated.port(), picture, pass_2)
+                render::render(scene, &camera, mesh, &solution, emulated, picture, pass_2)
             })?;
             warnings.extend(warnings::open_account(&solution.account));
-            warnings.extend(warnings::back_faces(&scene, &rendering));
+            warnings.extend(warnings::back_faces(scene, &rendering));
         }
     }
-    Ok(Simulated { board: emulated.statistics().unwrap_or_default(), scene, mesh, timings, warnings })
+    Ok(warnings)
 }
 
 /// Loads and meshes a scene, looks at it once through its camera, for warnings, and makes its patch memory for `board`.
@@ -430,7 +471,7 @@ fn warn_of_lights(scene: &mut Scene, mesh: &Mesh, caster: &mut Caster) {
 fn pass_1(
     scene: &Scene,
     mesh: &Mesh,
-    caster: &mut Caster,
+    caster: &mut dyn RayCaster,
     how: &PassOne,
     timings: &mut Timings,
     progress: &mut dyn FnMut(Progress),
@@ -439,7 +480,7 @@ fn pass_1(
         PassOne::Load(file) => Ok(radiosity::solution_file::load(file, scene, mesh)?),
         PassOne::Solve(options) => {
             let progress = &mut |p| progress(Progress::Solve(p));
-            let solution = radiosity::solve(scene, mesh, caster.port(), options, progress)?;
+            let solution = radiosity::solve(scene, mesh, caster, options, progress)?;
             Ok((solution, *options))
         }
     })

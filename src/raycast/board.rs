@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rtl_model::board::{Board, BoardError, Work};
 use rtl_model::datapath::HitWords;
+use rtl_model::record::RecordedCommand;
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
 
@@ -24,6 +25,32 @@ pub struct BoardCaster {
     quantizer: Quantizer,
     board: Board,
     by_purpose: BTreeMap<Purpose, BoardStatistics>,
+    /// The commands so far, when they are to be recorded.
+    recorded: Option<Vec<PurposeCommand>>,
+}
+
+/// A recorded command, and what its rays were cast for.
+pub type PurposeCommand = (Purpose, RecordedCommand);
+
+/// The board, recording as it runs.
+struct Recording<'a> {
+    board: &'a mut Board,
+    purpose: Purpose,
+    commands: &'a mut Vec<PurposeCommand>,
+}
+
+impl Tracer for Recording<'_> {
+    fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
+        let (hits, command) = self.board.record_nearest(work)?;
+        self.commands.push((self.purpose, command));
+        Ok(hits)
+    }
+
+    fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
+        let (hits, command) = self.board.record_any(work)?;
+        self.commands.push((self.purpose, command));
+        Ok(hits)
+    }
 }
 
 impl Tracer for Board {
@@ -49,7 +76,7 @@ impl BoardCaster {
     ) -> Result<BoardCaster, CastError> {
         let (quantizer, image) = quantized::load(spec, patches, extra_points)?;
         let board = Board::new(spec, image).map_err(|e| CastError::Board(e.to_string()))?;
-        Ok(BoardCaster { quantizer, board, by_purpose: BTreeMap::new() })
+        Ok(BoardCaster { quantizer, board, by_purpose: BTreeMap::new(), recorded: None })
     }
 
     /// Scene space to words.
@@ -65,6 +92,39 @@ impl BoardCaster {
     /// What the board counted for each purpose that rays were cast for, in the order of [`Purpose`].
     pub fn statistics(&self) -> Vec<(Purpose, BoardStatistics)> {
         self.by_purpose.iter().map(|(p, s)| (*p, s.clone())).collect()
+    }
+
+    /// From here on every command is recorded.
+    pub fn record(&mut self) {
+        self.recorded.get_or_insert_with(Vec::new);
+    }
+
+    /// The commands recorded since [`BoardCaster::record`] or since they were taken last.
+    pub fn take_recorded(&mut self) -> Vec<PurposeCommand> {
+        self.recorded.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Runs recorded commands, without their rays; `progress` gets the share that is done.
+    ///
+    /// # Errors
+    /// [`CastError::Board`] when a command is not one of this scene and partition.
+    pub fn replay(
+        &mut self,
+        commands: &[PurposeCommand],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<(), CastError> {
+        for (done, (purpose, command)) in commands.iter().enumerate() {
+            self.booked(*purpose, |_, board| {
+                board.replay(command).map_err(|e| CastError::Board(format!("command {done}: {e}")))
+            })?;
+            progress((done + 1) as f64 / commands.len() as f64);
+        }
+        Ok(())
+    }
+
+    /// Runs commands as they are, and counts nothing of them by purpose.
+    pub fn board_mut(&mut self) -> &mut Board {
+        &mut self.board
     }
 
     /// Runs `work` and books what the board counted meanwhile.
@@ -91,11 +151,27 @@ impl RayCaster for BoardCaster {
     }
 
     fn closest_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<Option<RayHit>>, CastError> {
-        self.booked(purpose, |quantizer, board| quantized::closest_hits(quantizer, board, query))
+        let mut recorded = self.recorded.take();
+        let answer = self.booked(purpose, |quantizer, board| match &mut recorded {
+            Some(commands) => {
+                quantized::closest_hits(quantizer, &mut Recording { board, purpose, commands }, query)
+            }
+            None => quantized::closest_hits(quantizer, board, query),
+        });
+        self.recorded = recorded;
+        answer
     }
 
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
-        self.booked(purpose, |quantizer, board| quantized::any_hits(quantizer, board, query))
+        let mut recorded = self.recorded.take();
+        let answer = self.booked(purpose, |quantizer, board| match &mut recorded {
+            Some(commands) => {
+                quantized::any_hits(quantizer, &mut Recording { board, purpose, commands }, query)
+            }
+            None => quantized::any_hits(quantizer, board, query),
+        });
+        self.recorded = recorded;
+        answer
     }
 
     fn surface_offset_m(&self) -> f64 {

@@ -14,6 +14,7 @@ mod bundle;
 mod patch;
 
 pub mod board;
+pub mod commands;
 pub mod functional;
 pub mod null;
 pub mod quantize;
@@ -55,7 +56,7 @@ pub struct RayHit {
 }
 
 /// What rays are cast for: reports count rays, tests and cycles by purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Purpose {
     /// Camera rays.
