@@ -40,7 +40,7 @@ mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
-pub use recorded::{Simulation, record_scene, replay_scene};
+pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
 pub use verify::{Verified, verify_scene};
 
 /// How pass 1 comes about.

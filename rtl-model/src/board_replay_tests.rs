@@ -9,7 +9,8 @@ fn other_timing(spec: &BoardSpec, timing: &BoardSpec) -> BoardSpec {
     let mut other = timing.clone();
     other.formats = spec.formats;
     other.partition = spec.partition;
-    other.shells = ShellSpec { prefetch: timing.shells.prefetch && spec.partition.is_shells(), ..spec.shells };
+    other.shells =
+        ShellSpec { prefetch: timing.shells.prefetch && spec.partition.is_shells(), ..spec.shells };
     other.dispatch.low_resolution_every = spec.dispatch.low_resolution_every;
     other.dispatch.low_resolution_min_bundles = spec.dispatch.low_resolution_min_bundles;
     other.dram.layout = spec.dram.layout;
@@ -74,8 +75,11 @@ fn assert_replay_equals_full_run(
         // Another timing makes the same record.
         let mut again = Board::new(&timing, image.clone()).unwrap();
         for ((any_hit, work), command) in commands.iter().zip(&recorded) {
-            let other =
-                if *any_hit { again.record_any(*work).unwrap().1 } else { again.record_nearest(*work).unwrap().1 };
+            let other = if *any_hit {
+                again.record_any(*work).unwrap().1
+            } else {
+                again.record_nearest(*work).unwrap().1
+            };
             prop_assert_eq!(&other, command);
         }
     }

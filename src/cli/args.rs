@@ -135,6 +135,11 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number in 0..={}", u64::MAX))
 }
 
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share <= 1.0);
+    share.ok_or_else(|| "expected a number over 0 and up to 1, such as 0.1".to_owned())
+}
+
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
     text.parse()
 }
@@ -282,6 +287,17 @@ pub struct SimulateArgs {
     /// The picture whose rays these are.
     #[command(flatten)]
     pub picture: PictureArgs,
+    /// Record the board's work: what its cells, lists and tests came to, for --replay
+    #[arg(long, value_name = "FILE.radtrace")]
+    pub record: Option<PathBuf>,
+    /// Run the board on recorded work instead of rays: the same cycles and counts, for any clusters, caches, depths,
+    /// memory, bus and scheduling. Scene, formats, grid, partition and workload must be those of the record
+    #[arg(long, value_name = "FILE.radtrace", conflicts_with = "record")]
+    pub replay: Option<PathBuf>,
+    /// Run only this share (over 0, up to 1) of the board's commands, chosen by --seed, and estimate the cycles of all
+    /// of them, with a 95 % interval
+    #[arg(long, value_name = "SHARE", conflicts_with_all = ["record", "replay"], allow_negative_numbers = true, value_parser = share)]
+    pub sample: Option<f64>,
     /// Write a JSON report (radeng/simulate/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,

@@ -16,6 +16,7 @@ pub mod plan;
 mod probe;
 mod progress;
 mod rays;
+mod recorded;
 mod render;
 mod simulate;
 mod solve;

@@ -19,11 +19,13 @@ use super::{
 use crate::mesh::Mesh;
 use crate::radiosity::SolveOptions;
 use crate::radiosity::solution_file::fingerprint;
+use crate::raycast::RayCaster;
 use crate::raycast::board::BoardCaster;
 use crate::raycast::commands::{CastCommand, CommandCaster};
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
-use crate::raycast::{CastError, RayCaster};
+use crate::raycast::software::SoftwareCaster;
+use crate::recorded::sample::{self, SampleEstimate};
 use crate::recorded::{self, OtherWork, RecordFileError, Setting, WorkRecord};
 use crate::render::RenderOptions;
 use crate::report::Timings;
@@ -61,8 +63,7 @@ fn load(run: &Simulation<'_>) -> Result<Loaded, FrameError> {
     let mut timings = Timings::default();
     let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, &mut timings)?;
     let points = start_points(&scene, &run.workload.origins());
-    let caster =
-        timings.measure("board", || BoardCaster::new(run.board, &mesh.cast_patches(), &points))?;
+    let caster = timings.measure("board", || BoardCaster::new(run.board, &mesh.cast_patches(), &points))?;
     let mut caster = Caster::Board(Box::new(caster));
     warn_of_lights(&mut scene, &mesh, &mut caster);
     match caster {
@@ -106,13 +107,11 @@ pub fn replay_scene(
     let key = RecordKey::of(run.board, caster.board().image());
     record.check(&settings(&host), &key).map_err(other)?;
     for (i, (_, command)) in record.commands.iter().enumerate() {
-        let what = |error| RecordFileError::Body {
-            path: path.to_path_buf(),
-            what: format!("command {i}: {error}"),
-        };
+        let what =
+            |error| RecordFileError::Body { path: path.to_path_buf(), what: format!("command {i}: {error}") };
         command.check(run.board, caster.board().image()).map_err(what)?;
     }
-    if matches!(workload, Workload::Primary | Workload::Rays(_)) {
+    if !answers_matter(workload) {
         let commands = timings.measure("rays", || commands(&host, caster.quantizer(), &mut NullCaster))?;
         check_bundles(&record, &commands, run.board).map_err(other)?;
     }
@@ -121,6 +120,40 @@ pub fn replay_scene(
     })?;
     let warnings = scene.warnings.clone();
     Ok((Simulated { board: caster.statistics(), scene, mesh, timings, warnings }, record))
+}
+
+/// Drives the board with a share of a workload's commands, and estimates the cycles of all of them. Rays that depend on
+/// answers are those of a run in software, with the board's surface offset.
+///
+/// # Errors
+/// As [`super::simulate_scene`].
+pub fn sample_scene(
+    run: &Simulation<'_>,
+    share: f64,
+    seed: u64,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Simulated, SampleEstimate), FrameError> {
+    let Loaded { scene, mesh, mut caster, mut timings } = load(run)?;
+    let Simulation { workload, solve, picture, .. } = *run;
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let commands = timings.measure("rays", || {
+        if answers_matter(workload) {
+            let mut software = SoftwareCaster::new(mesh.cast_patches());
+            commands(&host, caster.quantizer(), &mut software)
+        } else {
+            commands(&host, caster.quantizer(), &mut NullCaster)
+        }
+    })?;
+    let show = &mut |done| progress(Progress::Render(done));
+    let (by_purpose, estimate) =
+        timings.measure("sample", || sample::run(caster.board_mut(), &commands, share, seed, show))?;
+    let warnings = scene.warnings.clone();
+    Ok((Simulated { board: by_purpose, scene, mesh, timings, warnings }, estimate))
+}
+
+/// Some rays of the workload depend on what others hit.
+fn answers_matter(workload: &Workload) -> bool {
+    !matches!(workload, Workload::Primary | Workload::Rays(_))
 }
 
 /// The commands that the board gets in a run in which `answers` answers.
@@ -135,11 +168,7 @@ fn commands(
 }
 
 /// Checks that the rays of a record are these.
-fn check_bundles(
-    record: &WorkRecord,
-    commands: &[CastCommand],
-    board: &BoardSpec,
-) -> Result<(), OtherWork> {
+fn check_bundles(record: &WorkRecord, commands: &[CastCommand], board: &BoardSpec) -> Result<(), OtherWork> {
     let differ = |what: String, recorded: String, given: String| Err(OtherWork { what, recorded, given });
     let (n, wanted) = (record.commands.len(), commands.len());
     if n != wanted {

@@ -66,9 +66,7 @@ impl WorkRecord {
         }
         match self.key.difference(key) {
             None => Ok(()),
-            Some(d) => {
-                Err(OtherWork { what: d.what.to_owned(), recorded: d.recorded, given: d.given })
-            }
+            Some(d) => Err(OtherWork { what: d.what.to_owned(), recorded: d.recorded, given: d.given }),
         }
     }
 

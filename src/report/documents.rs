@@ -12,7 +12,7 @@ use glam::DVec3;
 use rtl_model::fixed::Formats;
 use serde::Serialize;
 
-use super::{BoardReport, Timings};
+use super::{BoardReport, RecordedReport, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
@@ -214,6 +214,9 @@ pub struct SimulateReport {
     /// The board's work.
     #[serde(flatten)]
     pub board: BoardReport,
+    /// How it was run, when not simply from its rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<RecordedReport>,
     /// Wall times of the emulation.
     pub timings: Timings,
     /// Warnings, as shown.

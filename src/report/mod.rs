@@ -3,6 +3,7 @@
 //! ```text
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
 //!               --board.rs------> BoardReport (totals, stall tables, by purpose)
+//!               --recorded.rs--> RecordedReport (a record or a sample of the work)
 //!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
 //!               --terminal.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
 //! ```
@@ -10,6 +11,7 @@
 
 pub mod board;
 pub mod documents;
+pub mod recorded;
 pub mod si;
 pub mod side_by_side;
 pub mod sweep_plot;
@@ -23,6 +25,7 @@ pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
     SimulateReport, SolveReport, VectorsReport,
 };
+pub use recorded::RecordedReport;
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
 
 use std::time::Instant;

@@ -101,7 +101,7 @@ impl RecordedJobs {
     }
 
     fn check(&self, limits: &stream::Limits, low_resolution: bool) -> Result<(), RecordError> {
-        let mut decoded = stream::Decoded::default();
+        let mut streams = stream::Streams::default();
         let mut start = 0;
         for (job, recorded) in self.jobs.iter().enumerate() {
             let wrong = |what| RecordError { what, job, low_resolution };
@@ -112,7 +112,8 @@ impl RecordedJobs {
                 return Err(wrong("the length"));
             }
             start = recorded.end;
-            decoded.read(self.streams(job), usize::from(recorded.n_rays), limits).map_err(wrong)?;
+            streams.open(self.streams(job), usize::from(recorded.n_rays), limits).map_err(wrong)?;
+            streams.check(limits.per_ray).map_err(wrong)?;
         }
         if start == self.bytes.len() as u64 {
             Ok(())

@@ -77,8 +77,7 @@ impl Recorder {
     fn pack(&mut self, slot: usize) {
         let Slot { job, answered } = &mut self.slots[slot];
         let Some(job) = job.take() else { return };
-        let mut bytes = Vec::new();
-        answered.write(self.per_ray, &mut bytes);
+        let bytes = answered.to_bytes(self.per_ray);
         if job.low_resolution { &mut self.cast } else { &mut self.bundles }.put(&job, bytes);
     }
 

@@ -1,15 +1,19 @@
 //! The answers to one job as bytes.
 //!
 //! ```text
+//! head      for each ray: varint nibbles of its steps
+//!           for each lane (grid: each ray; shells: the bundle): varints verdicts, tests, bytes of hits
+//!           shells: varint bytes of verdicts
 //! steps     nibbles, ray after ray, the low half of a byte first:
-//!             0..5 enter the neighbour in direction 2 axis + (1 when upward), 6..11 park before it,
-//!             12 end, 13 enter and 14 park with the cell in six nibbles (x, y, z, low halves first), 15 no more steps
-//! then for each lane (grid: each ray; shells: the bundle)
-//! verdicts  varint n; grid: n bits, shells: n masks as varints
-//! tests     varint n; n bits (hit or not); for each hit varint t, varint 2 patch + (1 for the back)
+//!             0..5 enter the neighbour in direction 2 axis + (1 when upward), 6..11 park before it, 12 end,
+//!             13 enter and 14 park with the cell in six nibbles (x, y, z, low halves first)
+//! verdicts  grid: a bit each, lane after lane; shells: a mask each, as varints
+//! tests     a bit each (hit or not), lane after lane
+//! hits      varint t, varint 2 patch + (1 for the back), lane after lane
 //! ```
 //! Directions are from the cell that the ray entered last. Bits fill bytes from the lowest. A varint has 7 bits a byte,
-//! lowest first, all bytes but the last with bit 7 set.
+//! lowest first, all bytes but the last with bit 7 set. Parts start on bytes. Look-ups read the bytes as they are: in a
+//! replay 16 bundles are open at once, and their bytes, not arrays of them, fit the host's cache.
 
 use crate::answers::Step;
 use crate::datapath::cell_step::{Cell, Grid};
@@ -19,7 +23,6 @@ use crate::packet::MAX_BUNDLE_RAYS;
 const END: u8 = 12;
 const ENTER_AT: u8 = 13;
 const PARK_AT: u8 = 14;
-const NO_MORE: u8 = 15;
 
 /// What the streams of a job may hold.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +36,11 @@ pub(super) struct Limits {
 impl Limits {
     fn n_lanes(&self, n_rays: usize) -> usize {
         if self.per_ray { n_rays } else { 1 }
+    }
+
+    /// The bits that no packed cell of the grid has.
+    fn no_cell(&self) -> u32 {
+        !(((1_u32 << self.grid.log2_cells.min(8)) - 1) * 0x01_0101)
     }
 }
 
@@ -62,82 +70,100 @@ impl Answered {
         }
     }
 
-    /// Appends the job's streams.
-    pub(super) fn write(&self, per_ray: bool, bytes: &mut Vec<u8>) {
+    /// The job's streams.
+    pub(super) fn to_bytes(&self, per_ray: bool) -> Vec<u8> {
+        let mut head = Vec::new();
         let mut nibbles = Nibbles::default();
         for steps in &self.steps {
+            let before = nibbles.n;
             let mut last = None;
             for step in steps {
                 match *step {
                     Step::Enter(cell) => {
-                        nibbles.cell(bytes, last, cell, 0, ENTER_AT);
+                        nibbles.cell(last, cell, 0, ENTER_AT);
                         last = Some(cell);
                     }
-                    Step::Park(cell) => nibbles.cell(bytes, last, cell, 6, PARK_AT),
-                    Step::End => nibbles.push(bytes, END),
+                    Step::Park(cell) => nibbles.cell(last, cell, 6, PARK_AT),
+                    Step::End => nibbles.push(END),
                 }
             }
-            if steps.last() != Some(&Step::End) {
-                nibbles.push(bytes, NO_MORE);
-            }
+            write_varint(&mut head, nibbles.n - before);
         }
+        let (mut verdicts, mut hits) = (Vec::new(), Vec::new());
         for lane in &self.lanes {
-            write_varint(bytes, lane.wanted.len() as u64);
-            if per_ray {
-                write_bits(bytes, lane.wanted.iter().map(|wanted| *wanted != 0));
-            } else {
-                lane.wanted.iter().for_each(|wanted| write_varint(bytes, *wanted));
-            }
-            write_varint(bytes, lane.tests.len() as u64);
-            write_bits(bytes, lane.tests.iter().map(Option::is_some));
+            let before = hits.len();
             for hit in lane.tests.iter().flatten() {
-                write_varint(bytes, hit.t);
-                write_varint(bytes, u64::from(hit.patch) << 1 | u64::from(hit.facing == Facing::Back));
+                write_varint(&mut hits, hit.t);
+                write_varint(&mut hits, u64::from(hit.patch) << 1 | u64::from(hit.facing == Facing::Back));
+            }
+            for n in [lane.wanted.len(), lane.tests.len(), hits.len() - before] {
+                write_varint(&mut head, n as u64);
             }
         }
+        if per_ray {
+            write_bits(
+                &mut verdicts,
+                self.lanes.iter().flat_map(|lane| &lane.wanted).map(|wanted| *wanted != 0),
+            );
+        } else {
+            let masks = self.lanes.iter().flat_map(|lane| &lane.wanted);
+            masks.for_each(|wanted| write_varint(&mut verdicts, *wanted));
+            write_varint(&mut head, verdicts.len() as u64);
+        }
+        let mut tests = Vec::new();
+        write_bits(&mut tests, self.lanes.iter().flat_map(|lane| &lane.tests).map(Option::is_some));
+        [head, nibbles.bytes, verdicts, tests, hits].concat()
     }
 }
 
 /// Two to a byte.
 #[derive(Default)]
 struct Nibbles {
-    half: bool,
+    bytes: Vec<u8>,
+    n: u64,
 }
 
 impl Nibbles {
-    fn push(&mut self, bytes: &mut Vec<u8>, nibble: u8) {
-        match bytes.last_mut() {
-            Some(last) if self.half => *last |= nibble << 4,
-            _ => bytes.push(nibble),
+    fn push(&mut self, nibble: u8) {
+        match self.bytes.last_mut() {
+            Some(last) if self.n % 2 == 1 => *last |= nibble << 4,
+            _ => self.bytes.push(nibble),
         }
-        self.half = !self.half;
+        self.n += 1;
     }
 
-    fn cell(&mut self, bytes: &mut Vec<u8>, last: Option<Cell>, cell: Cell, base: u8, explicit: u8) {
-        match last.and_then(|last| direction(last, cell)) {
-            Some(direction) => self.push(bytes, base + direction),
+    fn cell(&mut self, last: Option<Cell>, cell: Cell, base: u8, explicit: u8) {
+        let from = last.map(pack);
+        let is_neighbour =
+            |d: &u8| from.map(|from| from.wrapping_add(STEPS[usize::from(*d)])) == Some(pack(cell));
+        match (0..6).find(is_neighbour) {
+            Some(direction) => self.push(base + direction),
             None => {
-                self.push(bytes, explicit);
+                self.push(explicit);
                 for place in cell.0 {
-                    self.push(bytes, place & 15);
-                    self.push(bytes, place >> 4);
+                    self.push(place & 15);
+                    self.push(place >> 4);
                 }
             }
         }
     }
 }
 
-/// The direction in which `to` is the neighbour of `from`.
-fn direction(from: Cell, to: Cell) -> Option<u8> {
-    (0..6).find(|direction| neighbour(from, *direction) == Some(to))
+/// What a step in each direction adds to a packed cell.
+const STEPS: [u32; 6] =
+    [1_u32.wrapping_neg(), 1, 0x100_u32.wrapping_neg(), 0x100, 0x1_0000_u32.wrapping_neg(), 0x1_0000];
+
+/// A cell's places in the bytes of a word; the grid has at most 128 cells a side, so a step out of it sets a bit that
+/// no place has.
+fn pack(cell: Cell) -> u32 {
+    let [x, y, z] = cell.0;
+    u32::from_le_bytes([x, y, z, 0])
 }
 
 #[inline]
-fn neighbour(cell: Cell, direction: u8) -> Option<Cell> {
-    let mut next = cell;
-    let place = &mut next.0[usize::from(direction >> 1)];
-    *place = if direction & 1 == 1 { place.checked_add(1) } else { place.checked_sub(1) }?;
-    Some(next)
+fn unpack(packed: u32) -> Cell {
+    let [x, y, z, _] = packed.to_le_bytes();
+    Cell([x, y, z])
 }
 
 fn write_varint(bytes: &mut Vec<u8>, mut value: u64) {
@@ -159,199 +185,233 @@ fn write_bits(bytes: &mut Vec<u8>, bits: impl Iterator<Item = bool>) {
     }
 }
 
-/// A step in one word: kind above the cell's 24 bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct StepWord(u32);
-
-impl StepWord {
-    #[inline]
-    fn new(kind: u32, cell: Cell) -> StepWord {
-        let [x, y, z] = cell.0.map(u32::from);
-        StepWord(kind << 24 | z << 16 | y << 8 | x)
-    }
-
-    #[inline]
-    pub(super) fn step(self) -> Step {
-        let [x, y, z, kind] = self.0.to_le_bytes();
-        let cell = Cell([x, y, z]);
-        match kind {
-            0 => Step::Enter(cell),
-            1 => Step::Park(cell),
-            _ => Step::End,
-        }
-    }
-}
-
 /// Where the part of each ray or lane begins, and, behind the last, ends.
-pub(super) type Starts = [u32; MAX_BUNDLE_RAYS + 1];
+type Places = [u32; MAX_BUNDLE_RAYS + 1];
 
-/// A job's streams as arrays to be looked up in.
-#[derive(Clone, Debug)]
-pub(super) struct Decoded {
-    pub(super) n_rays: usize,
-    pub(super) n_lanes: usize,
-    pub(super) steps: Vec<StepWord>,
-    pub(super) steps_at: Starts,
-    pub(super) wanted: Vec<u64>,
-    pub(super) wanted_at: Starts,
-    /// A bit per test: hit or not.
-    pub(super) tests: Vec<u64>,
-    pub(super) tests_at: Starts,
-    pub(super) hits: Vec<HitWords>,
-    pub(super) hits_at: Starts,
+/// Cursors into one kind of stream.
+#[derive(Clone, Copy, Debug)]
+struct Cursors {
+    next: Places,
+    starts: Places,
 }
 
-impl Default for Decoded {
+impl Cursors {
+    const NONE: Cursors = Cursors { next: [0; MAX_BUNDLE_RAYS + 1], starts: [0; MAX_BUNDLE_RAYS + 1] };
+
+    /// From the lengths in `starts[1..]`, the first part at `start`; where the last one ends.
+    fn place(&mut self, start: u64, n: usize) -> Option<u64> {
+        let mut end = start;
+        self.starts[0] = u32::try_from(start).ok()?;
+        for place in &mut self.starts[1..=n] {
+            end += u64::from(*place);
+            *place = u32::try_from(end).ok()?;
+        }
+        self.next = self.starts;
+        Some(end)
+    }
+
+    fn are_at_end(&self, n: usize) -> bool {
+        self.next[..n] == self.starts[1..=n]
+    }
+}
+
+/// A job's streams, with what was looked up already.
+#[derive(Clone, Debug)]
+pub(super) struct Streams<'a> {
+    bytes: &'a [u8],
+    n_rays: usize,
+    n_lanes: usize,
+    no_cell: u32,
+    /// In nibbles; the cell that each ray entered last.
+    steps: Cursors,
+    cells: [u32; MAX_BUNDLE_RAYS],
+    /// In bits (grid) or bytes (shells).
+    verdicts: Cursors,
+    /// In bits.
+    tests: Cursors,
+    /// In bytes.
+    hits: Cursors,
+}
+
+impl Default for Streams<'_> {
     fn default() -> Self {
-        let none = [0; MAX_BUNDLE_RAYS + 1];
-        Decoded {
+        let none = Cursors::NONE;
+        Streams {
+            bytes: &[],
             n_rays: 0,
             n_lanes: 0,
-            steps: Vec::new(),
-            steps_at: none,
-            wanted: Vec::new(),
-            wanted_at: none,
-            tests: Vec::new(),
-            tests_at: none,
-            hits: Vec::new(),
-            hits_at: none,
+            no_cell: 0,
+            steps: none,
+            cells: [0; MAX_BUNDLE_RAYS],
+            verdicts: none,
+            tests: none,
+            hits: none,
         }
     }
 }
 
-impl Decoded {
-    /// Reads the streams of a job of `n_rays` rays.
+impl<'a> Streams<'a> {
+    /// Opens the streams of a job of `n_rays` rays.
     ///
     /// # Errors
-    /// Names the stream that cannot be.
-    pub(super) fn read(&mut self, bytes: &[u8], n_rays: usize, limits: &Limits) -> Result<(), &'static str> {
-        let mut input = Input { bytes };
+    /// When the parts are not as long as the bytes are.
+    pub(super) fn open(
+        &mut self,
+        bytes: &'a [u8],
+        n_rays: usize,
+        limits: &Limits,
+    ) -> Result<(), &'static str> {
         (self.n_rays, self.n_lanes) = (n_rays, limits.n_lanes(n_rays));
-        self.steps.clear();
-        self.wanted.clear();
-        self.tests.clear();
-        self.hits.clear();
-        self.read_steps(&mut input, limits).ok_or("a step")?;
-        let mut n_tests = 0;
-        for lane in 0..self.n_lanes {
-            let n = input.count().ok_or("the number of verdicts")?;
-            if limits.per_ray {
-                let bits = input.take(n.div_ceil(8)).ok_or("a verdict")?;
-                self.wanted.extend((0..n).map(|i| u64::from(bits[i / 8] >> (i % 8) & 1)));
-            } else {
-                let rays = u64::MAX >> (MAX_BUNDLE_RAYS - n_rays);
-                for _ in 0..n {
-                    let mask = input.varint().filter(|mask| mask & !rays == 0).ok_or("a verdict")?;
-                    self.wanted.push(mask);
-                }
-            }
-            let n = input.count().ok_or("the number of tests")?;
-            let bits = input.take(n.div_ceil(8)).ok_or("a test")?;
-            self.tests.resize((n_tests + n).div_ceil(64), 0);
-            for (at, bits) in bits.iter().enumerate() {
-                let left = n - 8 * at;
-                let bits = if left < 8 { bits & ((1 << left) - 1) } else { *bits };
-                let at = n_tests + 8 * at;
-                self.tests[at / 64] |= u64::from(bits) << (at % 64);
-                if at % 64 > 56 && at / 64 + 1 < self.tests.len() {
-                    self.tests[at / 64 + 1] |= u64::from(bits) >> (64 - at % 64);
-                }
-                for _ in 0..bits.count_ones() {
-                    self.hits.push(input.hit().ok_or("a hit")?);
-                }
-            }
-            n_tests += n;
-            self.wanted_at[lane + 1] = u32::try_from(self.wanted.len()).map_err(|_| "the number of verdicts")?;
-            self.tests_at[lane + 1] = u32::try_from(n_tests).map_err(|_| "the number of tests")?;
-            self.hits_at[lane + 1] = self.hits.len() as u32;
-        }
-        if input.bytes.is_empty() { Ok(()) } else { Err("bytes after the end") }
+        self.no_cell = limits.no_cell();
+        self.cells = [0; MAX_BUNDLE_RAYS];
+        self.bytes = bytes;
+        self.place_parts(limits).ok_or_else(|| {
+            (self.bytes, self.n_rays, self.n_lanes) = (&[], 0, 0);
+            "the lengths"
+        })
     }
 
-    fn read_steps(&mut self, input: &mut Input<'_>, limits: &Limits) -> Option<()> {
-        let (mut at, mut high) = (0, false);
-        let bytes = input.bytes;
-        let mut nibble = || {
-            let byte = *bytes.get(at)?;
-            at += usize::from(high);
-            high = !high;
-            Some(if high { byte & 15 } else { byte >> 4 })
+    fn place_parts(&mut self, limits: &Limits) -> Option<()> {
+        let mut at = 0;
+        let mut length = || u32::try_from(varint(self.bytes, &mut at)?).ok();
+        for ray in 1..=self.n_rays {
+            self.steps.starts[ray] = length()?;
+        }
+        for lane in 1..=self.n_lanes {
+            self.verdicts.starts[lane] = length()?;
+            self.tests.starts[lane] = length()?;
+            self.hits.starts[lane] = length()?;
+        }
+        if !limits.per_ray {
+            self.verdicts.starts[1] = length()?;
+        }
+        let mut end = self.steps.place(2 * u64::from(at), self.n_rays)?.div_ceil(2);
+        end = match limits.per_ray {
+            true => self.verdicts.place(8 * end, self.n_lanes)?.div_ceil(8),
+            false => self.verdicts.place(end, self.n_lanes)?,
         };
-        let sides = 1_u32 << limits.grid.log2_cells;
+        end = self.tests.place(8 * end, self.n_lanes)?.div_ceil(8);
+        end = self.hits.place(end, self.n_lanes)?;
+        (end == self.bytes.len() as u64).then_some(())
+    }
+
+    /// Every item was looked up, and none beyond.
+    pub(super) fn are_used_up(&self) -> bool {
+        self.steps.are_at_end(self.n_rays)
+            && self.verdicts.are_at_end(self.n_lanes)
+            && self.tests.are_at_end(self.n_lanes)
+            && self.hits.are_at_end(self.n_lanes)
+    }
+
+    /// Looks everything up.
+    ///
+    /// # Errors
+    /// Names the stream that holds what cannot be.
+    pub(super) fn check(&mut self, per_ray: bool) -> Result<(), &'static str> {
         for ray in 0..self.n_rays {
-            let mut last = Cell([0; 3]);
-            loop {
-                let code = nibble()?;
-                let (kind, cell) = match code {
-                    0..6 => (0, neighbour(last, code)?),
-                    6..12 => (1, neighbour(last, code - 6)?),
-                    ENTER_AT | PARK_AT => {
-                        let mut cell = [0; 3];
-                        for place in &mut cell {
-                            *place = nibble()? | nibble()? << 4;
-                        }
-                        (u32::from(code - ENTER_AT), Cell(cell))
-                    }
-                    END => {
-                        self.steps.push(StepWord::new(2, last));
-                        break;
-                    }
-                    _ => break,
-                };
-                if cell.0.iter().any(|place| u32::from(*place) >= sides) {
-                    return None;
-                }
-                if kind == 0 {
-                    last = cell;
-                }
-                self.steps.push(StepWord::new(kind, cell));
-            }
-            self.steps_at[ray + 1] = u32::try_from(self.steps.len()).ok()?;
-        }
-        input.bytes = &bytes[at + usize::from(high)..];
-        Some(())
-    }
-}
-
-struct Input<'a> {
-    bytes: &'a [u8],
-}
-
-impl<'a> Input<'a> {
-    #[inline]
-    fn varint(&mut self) -> Option<u64> {
-        let mut value = 0;
-        for (i, byte) in self.bytes.iter().take(10).enumerate() {
-            let part = u64::from(byte & 0x7f);
-            if i == 9 && part > 1 {
-                return None;
-            }
-            value |= part << (7 * i);
-            if byte & 0x80 == 0 {
-                self.bytes = &self.bytes[i + 1..];
-                return Some(value);
+            while self.steps.next[ray] < self.steps.starts[ray + 1] {
+                self.step(ray).ok_or("a step")?;
             }
         }
-        None
-    }
-
-    /// A number of items, none of which takes less than a bit.
-    fn count(&mut self) -> Option<usize> {
-        let n = self.varint()?;
-        (n.div_ceil(8) <= self.bytes.len() as u64).then_some(n as usize)
-    }
-
-    fn take(&mut self, n: usize) -> Option<&'a [u8]> {
-        let (taken, left) = self.bytes.split_at_checked(n)?;
-        self.bytes = left;
-        Some(taken)
+        let rays = u64::MAX >> (MAX_BUNDLE_RAYS - self.n_rays);
+        for lane in 0..self.n_lanes {
+            while self.verdicts.next[lane] < self.verdicts.starts[lane + 1] {
+                let wanted = if per_ray { self.verdict(lane) } else { self.mask(lane) };
+                wanted.filter(|wanted| wanted & !rays == 0).ok_or("a verdict")?;
+            }
+            while self.tests.next[lane] < self.tests.starts[lane + 1] {
+                self.test(lane).ok_or("a hit")?;
+            }
+        }
+        if self.are_used_up() { Ok(()) } else { Err("the lengths") }
     }
 
     #[inline]
-    fn hit(&mut self) -> Option<HitWords> {
-        let t = self.varint()?;
-        let patch = self.varint()?;
+    fn nibble(&self, at: u32) -> Option<u8> {
+        let byte = *self.bytes.get((at / 2) as usize)?;
+        Some(byte >> (4 * (at & 1)) & 15)
+    }
+
+    #[inline]
+    fn bit(&self, at: u32) -> Option<bool> {
+        let byte = *self.bytes.get((at / 8) as usize)?;
+        Some(byte >> (at % 8) & 1 == 1)
+    }
+
+    /// The next step of a ray.
+    #[inline]
+    pub(super) fn step(&mut self, ray: usize) -> Option<Step> {
+        let at = self.steps.next[ray];
+        let code = self.nibble(at)?;
+        self.steps.next[ray] = at + 1;
+        let (is_enter, packed) = match code {
+            0..6 => (true, self.cells[ray].wrapping_add(STEPS[usize::from(code)])),
+            6..12 => (false, self.cells[ray].wrapping_add(STEPS[usize::from(code - 6)])),
+            END => return Some(Step::End),
+            ENTER_AT | PARK_AT => {
+                let mut packed = 0;
+                for i in 0..6 {
+                    packed |= u32::from(self.nibble(at + 1 + i)?) << (4 * i);
+                }
+                self.steps.next[ray] = at + 7;
+                (code == ENTER_AT, packed)
+            }
+            _ => return None,
+        };
+        if packed & self.no_cell != 0 {
+            return None;
+        }
+        if is_enter {
+            self.cells[ray] = packed;
+            return Some(Step::Enter(unpack(packed)));
+        }
+        Some(Step::Park(unpack(packed)))
+    }
+
+    /// The next verdict of a ray (grid).
+    #[inline]
+    pub(super) fn verdict(&mut self, lane: usize) -> Option<u64> {
+        let wanted = self.bit(self.verdicts.next[lane])?;
+        self.verdicts.next[lane] += 1;
+        Some(u64::from(wanted))
+    }
+
+    /// The next verdict of the bundle (shells).
+    #[inline]
+    pub(super) fn mask(&mut self, lane: usize) -> Option<u64> {
+        varint(self.bytes, &mut self.verdicts.next[lane])
+    }
+
+    /// The next test; `None` when there is no such test.
+    #[inline]
+    pub(super) fn test(&mut self, lane: usize) -> Option<Option<HitWords>> {
+        let is_hit = self.bit(self.tests.next[lane])?;
+        self.tests.next[lane] += 1;
+        if !is_hit {
+            return Some(None);
+        }
+        let t = varint(self.bytes, &mut self.hits.next[lane])?;
+        let patch = varint(self.bytes, &mut self.hits.next[lane])?;
         let facing = if patch & 1 == 1 { Facing::Back } else { Facing::Front };
-        Some(HitWords { t, patch: u32::try_from(patch >> 1).ok()?, facing })
+        Some(Some(HitWords { t, patch: u32::try_from(patch >> 1).ok()?, facing }))
     }
+}
+
+/// A number of at most 64 bits at `at`, which moves on.
+#[inline]
+fn varint(bytes: &[u8], at: &mut u32) -> Option<u64> {
+    let mut value = 0;
+    for i in 0..10 {
+        let byte = *bytes.get(*at as usize)?;
+        *at += 1;
+        let part = u64::from(byte & 0x7f);
+        if i == 9 && part > 1 {
+            return None;
+        }
+        value |= part << (7 * i);
+        if byte & 0x80 == 0 {
+            return Some(value);
+        }
+    }
+    None
 }

@@ -1,0 +1,46 @@
+//! `radeng simulate --record | --replay | --sample`: the workload run whole, from its record, or in part.
+//!
+//! ```text
+//! arguments --frame: simulate_scene | record_scene | replay_scene | sample_scene--> what the board counted, RecordedReport
+//!                                        `--w.radtrace, staged with the other files
+//! ```
+
+use super::CliError;
+use super::args::SimulateArgs;
+use crate::frame::{self, Progress, Simulated, Simulation};
+use crate::image::OutputFiles;
+use crate::recorded;
+use crate::report::RecordedReport;
+
+/// Runs a workload as the flags ask.
+pub(super) fn simulate(
+    args: &SimulateArgs,
+    simulation: &Simulation<'_>,
+    files: &mut OutputFiles,
+    show: &mut dyn FnMut(Progress),
+) -> Result<(Simulated, Option<RecordedReport>), CliError> {
+    if let Some(path) = &args.record {
+        let (run, record) = frame::record_scene(simulation, show)?;
+        let bytes = recorded::to_bytes(&record).map_err(|what| {
+            CliError::Usage(format!("{}: the record cannot be written: {what}", path.display()))
+        })?;
+        let report = RecordedReport::recorded(path, &record, bytes.len());
+        files.stage(path, bytes);
+        return Ok((run, Some(report)));
+    }
+    if let Some(path) = &args.replay {
+        let (run, record) = frame::replay_scene(simulation, path, show)?;
+        return Ok((run, Some(RecordedReport::replayed(path, &record))));
+    }
+    if let Some(share) = args.sample {
+        let (run, estimate) = frame::sample_scene(simulation, share, args.seed, show)?;
+        return Ok((run, Some(RecordedReport::Sampled(estimate))));
+    }
+    let Simulation { scene, elements, board, workload, solve, picture } = *simulation;
+    Ok((frame::simulate_scene(scene, elements, board, workload, solve, picture, show)?, None))
+}
+
+/// The flags of this file that were given: they have no use without a scene.
+pub(super) fn given(args: &SimulateArgs) -> Vec<&'static str> {
+    ["record", "replay", "sample"].into_iter().filter(|id| args.given.has(id)).collect()
+}
