@@ -201,7 +201,9 @@ fn settings(host: &HostRun<'_>) -> Vec<Setting> {
         let (eye, target, up) = (vector(camera.eye), vector(camera.target), vector(camera.up));
         let fov = camera.fov_y_deg;
         put("camera", format!("eye {eye} m, target {target} m, up {up}, fov_y_deg = {fov}"));
-        put("picture", format!("{} x {}, {} samples", picture.width, picture.height, picture.samples));
+        let RenderOptions { width, height, samples, .. } = picture;
+        let plural = if *samples == 1 { "" } else { "s" };
+        put("picture", format!("{width} x {height}, {samples} sample{plural} a pixel"));
     }
     if looks && solves {
         let RenderOptions { shadow_strata, max_depth, seed, .. } = picture;

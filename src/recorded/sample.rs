@@ -2,17 +2,18 @@
 //!
 //! ```text
 //! commands --purpose, mode--> groups --seed--> n of N, each run whole on the board --> cycles y
-//!    `--centre ray of every job, arithmetic without time--> work x of all                |
-//!                              group: Y = N c + X sum(y - c) / sum(x), its variance <----'
+//!    `--centre ray of every job, arithmetic without time--> work x, rays r of all     |
+//!                       group: y = c + a r + b x fitted to the n, summed over all N <-'--> variance
 //! ```
 //! The unit is a command, because a command's low-resolution cast, start-up, partition and drain do not scale with its
 //! bundles, and in it bundles overlap in time: a part of one would have to be corrected for all of that. c are the cycles
-//! that every command takes whatever its work (interrupt, host). Work x of a job: its rays times (tests + cells / k) of its
-//! centre ray, as a module with k CTUs tests a ray and steps k of them a cycle.
-//! Source: the ratio estimator of simple random sampling (Cochran, Sampling Techniques, ch. 6): variance
-//! N^2 (1 - n/N) / n * (X/N / mean x)^2 * sum (y - c - R x)^2 / (n - 1); 95 % by Student's t, degrees of freedom of
-//! several groups by Welch and Satterthwaite. Groups of up to [`MIN_SAMPLED`] commands are run whole.
-//! Not modelled: caches hold what the sampled command before left, not what the workload's command before would have.
+//! that every command takes whatever its work (interrupt, host), a those that a ray takes whatever it meets (its way over
+//! the bus). Work of a job: its rays times (tests + cells / k) of its centre ray, as a module with k CTUs tests a ray and
+//! steps k of them a cycle. Caches are warmed up, uncounted, by bundles that came before a sampled command.
+//! Source: the regression estimator of simple random sampling (Cochran, Sampling Techniques, ch. 7), weights 1 / r;
+//! variance (1 - n/N) sum (w e / (1 - h))^2 with w the weight of a command in the estimate, e its residual and h its
+//! leverage (HC3: MacKinnon, White 1985, for few commands); 95 % by Student's t with n - 2 degrees of freedom, those of
+//! several groups joined by Welch and Satterthwaite. Groups of up to [`MIN_SAMPLED`] commands are run whole.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +28,9 @@ use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose};
 use crate::sampling::mix;
 
 /// Fewest commands of a group that are run: fewer give no error bar worth its name.
-pub const MIN_SAMPLED: usize = 4;
+pub const MIN_SAMPLED: usize = 6;
+/// Bundles that each cluster is given to warm its caches up.
+const WARM_UP_BUNDLES: usize = 8;
 
 /// What a sample says of its workload.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -75,8 +78,21 @@ impl SampleEstimate {
 /// A measured command.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
-    work: f64,
+    size: Size,
     cycles: f64,
+}
+
+/// What is known of a command without running it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Size {
+    rays: f64,
+    work: f64,
+}
+
+impl Size {
+    fn plus(self, other: Size) -> Size {
+        Size { rays: self.rays + other.rays, work: self.work + other.work }
+    }
 }
 
 /// What the board counted in a sample, by purpose, and what that says of the workload.
@@ -106,6 +122,9 @@ pub fn run(
     let mut cycles = vec![0; commands.len()];
     let mut by_purpose: BTreeMap<Purpose, BoardStatistics> = BTreeMap::new();
     for (done, &i) in order.iter().enumerate() {
+        if i > 0 && !order[..done].last().is_some_and(|before| *before + 1 == i) {
+            run_command(board, &warm_up(board, &commands[i - 1]))?;
+        }
         let counted = run_command(board, &commands[i])?;
         cycles[i] = counted.cycles;
         let purpose = commands[i].purpose;
@@ -118,11 +137,12 @@ pub fn run(
     let mut freedom = Vec::new();
     for ((kind, members), chosen) in kinds.iter().zip(&members).zip(&chosen) {
         let all_run = chosen.len() == members.len();
-        let work = |i: &usize| if all_run { 1.0 } else { work_of(board, &commands[*i]) };
+        let size = |i: &usize| if all_run { Size::default() } else { size_of(board, &commands[*i]) };
+        let sizes: BTreeMap<usize, Size> = members.iter().map(|i| (*i, size(i))).collect();
         let measured: Vec<Measured> =
-            chosen.iter().map(|i| Measured { work: work(i), cycles: (cycles[*i] - fixed) as f64 }).collect();
-        let total: f64 = members.iter().map(work).sum();
-        let (sum, error) = ratio_estimate(&measured, total, members.len());
+            chosen.iter().map(|i| Measured { size: sizes[i], cycles: (cycles[*i] - fixed) as f64 }).collect();
+        let total = sizes.values().copied().fold(Size::default(), Size::plus);
+        let (sum, error) = regression_estimate(&measured, total, members.len());
         groups.push(GroupEstimate {
             purpose: kind.0,
             any_hit: kind.1,
@@ -131,7 +151,7 @@ pub fn run(
             cycles: sum + fixed as f64 * members.len() as f64,
             standard_error_cycles: error,
         });
-        freedom.push(chosen.len() - 1);
+        freedom.push(chosen.len().saturating_sub(2));
     }
     let variances: Vec<f64> = groups.iter().map(|g| g.standard_error_cycles.powi(2)).collect();
     let estimate = SampleEstimate {
@@ -169,36 +189,77 @@ fn run_command(board: &mut Board, command: &CastCommand) -> Result<BoardStatisti
     Ok(board.statistics().since(&before))
 }
 
-/// The work of a command as its jobs' centre rays tell it.
-fn work_of(board: &Board, command: &CastCommand) -> f64 {
+/// The last bundles of each cluster's part of a command, as a command that is too short for a low-resolution cast.
+fn warm_up(board: &Board, before: &CastCommand) -> CastCommand {
+    let spec = board.spec();
+    let parts = spec.clusters.count as usize;
+    let most = (spec.dispatch.low_resolution_min_bundles as usize).saturating_sub(1) / parts;
+    let wanted = WARM_UP_BUNDLES.min(most.max(1));
+    let words = match &before.words {
+        CommandWords::Rays(rays) => {
+            let jobs: Vec<&[RayWords]> = rays.chunks(MAX_BUNDLE_RAYS).collect();
+            CommandWords::Rays(ends_of_parts(&jobs, parts, wanted).concat())
+        }
+        CommandWords::Bundles(bundles) => CommandWords::Bundles(ends_of_parts(bundles, parts, wanted)),
+    };
+    CastCommand { words, ..*before }
+}
+
+/// The last `wanted` items of each of `parts` equal parts.
+fn ends_of_parts<T: Clone>(items: &[T], parts: usize, wanted: usize) -> Vec<T> {
+    let part = |i: usize| &items[i * items.len() / parts..(i + 1) * items.len() / parts];
+    (0..parts).flat_map(|i| part(i)[part(i).len().saturating_sub(wanted)..].iter().cloned()).collect()
+}
+
+/// The size of a command; its work as its jobs' centre rays tell it.
+fn size_of(board: &Board, command: &CastCommand) -> Size {
     let (image, ctus) = (board.image(), f64::from(board.spec().clusters.ctus_per_icu));
-    let of_ray = |ray: &RayWords, n_rays: usize| {
+    let of_job = |ray: &RayWords, n_rays: usize| {
         let done = functional::trace(image, ray, command.any_hit);
-        n_rays as f64 * (f64::from(done.tests) + f64::from(done.cells) / ctus)
+        let rays = n_rays as f64;
+        Size { rays, work: rays * (f64::from(done.tests) + f64::from(done.cells) / ctus) }
     };
     match &command.words {
-        CommandWords::Rays(rays) => {
-            rays.chunks(MAX_BUNDLE_RAYS).map(|job| of_ray(&job[job.len() / 2], job.len())).sum()
-        }
-        CommandWords::Bundles(bundles) => {
-            bundles.iter().map(|job| of_ray(&job.ray(&image.formats, job.n_rays() / 2), job.n_rays())).sum()
-        }
+        CommandWords::Rays(rays) => rays
+            .chunks(MAX_BUNDLE_RAYS)
+            .map(|job| of_job(&job[job.len() / 2], job.len()))
+            .fold(Size::default(), Size::plus),
+        CommandWords::Bundles(bundles) => bundles
+            .iter()
+            .map(|job| of_job(&job.ray(&image.formats, job.n_rays() / 2), job.n_rays()))
+            .fold(Size::default(), Size::plus),
     }
 }
 
-/// The sum over a group of `n_all` commands with `total` work, and its standard error.
-fn ratio_estimate(measured: &[Measured], total: f64, n_all: usize) -> (f64, f64) {
-    let (n, big_n) = (measured.len() as f64, n_all as f64);
-    let (work, cycles) =
-        measured.iter().fold((0.0, 0.0), |(work, cycles), m| (work + m.work, cycles + m.cycles));
-    if measured.len() == n_all || work == 0.0 {
-        return (cycles * big_n / n, 0.0);
+/// The sum over a group of `n_all` commands of size `total`, and its standard error.
+fn regression_estimate(measured: &[Measured], total: Size, n_all: usize) -> (f64, f64) {
+    let n = measured.len();
+    if n == n_all {
+        return (measured.iter().map(|m| m.cycles).sum(), 0.0);
     }
-    let ratio = cycles / work;
-    let residuals: f64 = measured.iter().map(|m| (m.cycles - ratio * m.work).powi(2)).sum();
-    let lever = (total / big_n) / (work / n);
-    let variance = big_n * big_n * (1.0 - n / big_n) / n * lever * lever * residuals / (n - 1.0);
-    (ratio * total, variance.sqrt())
+    // Normal equations of cycles = a rays + b work, weights 1 / rays.
+    let sum = |of: &dyn Fn(&Measured) -> f64| measured.iter().map(of).sum::<f64>();
+    let rays = sum(&|m| m.size.rays);
+    let work = sum(&|m| m.size.work);
+    let square = sum(&|m| m.size.work * m.size.work / m.size.rays);
+    let determinant = rays * square - work * work;
+    // Commands of one work a ray tell nothing of b: all goes by the rays.
+    let is_flat = determinant <= 1e-9 * rays * square;
+    let inverse = |u: Size, v: Size| {
+        if is_flat {
+            return u.rays * v.rays / rays;
+        }
+        let cross = u.rays * v.work + u.work * v.rays;
+        (square * u.rays * v.rays - work * cross + rays * u.work * v.work) / determinant
+    };
+    let weight = |m: &Measured, of: Size| inverse(of, m.size) / m.size.rays;
+    let estimate = |of: Size| sum(&|m| weight(m, of) * m.cycles);
+    let parts = measured.iter().map(|m| {
+        let leverage = weight(m, m.size).min(0.999);
+        weight(m, total) * (m.cycles - estimate(m.size)) / (1.0 - leverage)
+    });
+    let variance = (1.0 - n as f64 / n_all as f64) * parts.map(|part| part * part).sum::<f64>();
+    (estimate(total), variance.sqrt())
 }
 
 /// Half the 95 % interval of a sum with these variances and degrees of freedom.
