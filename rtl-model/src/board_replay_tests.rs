@@ -153,7 +153,8 @@ fn record_key_names_what_differs_with_both_values() {
         spec.scheduling = Scheduling::Static;
     };
     assert_eq!(differs(&timing, &image), None);
-    let cases: [(&dyn Fn(&mut BoardSpec), &str); 4] = [
+    type Change<'a> = &'a dyn Fn(&mut BoardSpec);
+    let cases: [(Change<'_>, &str); 4] = [
         (&|s| s.formats.t_frac_bits = 20, "number formats: coord 24, dir 24, t 24 bits"),
         (&|s| s.partition = Partition::Grid, "partition: shells+static / grid"),
         (&|s| s.shells.cells = 7, "shells: cells = "),

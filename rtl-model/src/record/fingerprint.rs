@@ -44,6 +44,9 @@ pub struct KeyDifference {
     pub given: String,
 }
 
+/// A part of a key, in words.
+type Words<'a> = &'a dyn Fn(&RecordKey) -> String;
+
 impl RecordKey {
     /// The key of a board of `spec` that holds `image`.
     pub fn of(spec: &BoardSpec, image: &MemoryImage) -> RecordKey {
@@ -92,7 +95,7 @@ impl RecordKey {
             .to_owned()
         };
         let of_image = |key: &RecordKey| format!("{:016x} ({} patches)", key.image, key.n_patches);
-        let rows: [(&'static str, &dyn Fn(&RecordKey) -> String); 6] = [
+        let rows: [(&'static str, Words<'_>); 6] = [
             ("number formats", &of_formats),
             ("grid", &of_grid),
             ("partition", &of_partition),
