@@ -122,7 +122,7 @@ pub fn run(
     let mut cycles = vec![0; commands.len()];
     let mut by_purpose: BTreeMap<Purpose, BoardStatistics> = BTreeMap::new();
     for (done, &i) in order.iter().enumerate() {
-        if i > 0 && !order[..done].last().is_some_and(|before| *before + 1 == i) {
+        if i > 0 && order[..done].last().is_none_or(|before| *before + 1 != i) {
             run_command(board, &warm_up(board, &commands[i - 1]))?;
         }
         let counted = run_command(board, &commands[i])?;
