@@ -248,6 +248,9 @@ pub enum WorkloadArg {
 #[command(after_help = "Examples:
   radeng simulate scenes/cornell-box/scene.toml --workload primary --width 256 --height 256
   radeng simulate scene.toml --board my-board.toml --workload all --report run.json
+  radeng simulate scene.toml --record w.radtrace       and then, the same counts faster, on any clusters and caches:
+  radeng simulate scene.toml --board my-board.toml --replay w.radtrace
+  radeng simulate scene.toml --width 1024 --height 1024 --sample 0.1    a tenth of the commands, and an error bar
   radeng simulate scene.toml --rays rays.csv           rays in metres through a scene
   radeng simulate --rays vectors.csv --board minimal   test vectors: no scene, no renderer
 
