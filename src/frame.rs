@@ -35,11 +35,13 @@ use crate::units::{Irradiance, Rgb};
 
 mod caster;
 mod error;
+mod recorded;
 mod verify;
 mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
+pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
 pub use verify::{Verified, verify_scene};
 
 /// How pass 1 comes about.
@@ -329,67 +331,17 @@ pub fn simulate_scene(
     let SimulateOptions { elements, board, workload, warm_up_cycles, solve, picture } = options;
     let mut timings = Timings::default();
     let (mut scene, mesh) = load_and_mesh(path, *elements, &mut timings)?;
-    let origins: Vec<DVec3> = match workload {
-        Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
-        _ => Vec::new(),
-    };
     let mut emulated = timings.measure("board", || {
-        BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &origins))
+        BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &workload.origins()))
     })?;
     emulated.warm_up(*warm_up_cycles);
     let offset_m = emulated.surface_offset_m();
     scene.warnings.extend(warnings::lights_on_surfaces(&scene, &mesh, offset_m));
-    let mut warnings = scene.warnings.clone();
-    let pass_1_options = PassOne::Solve(*solve);
-    let run = &mut timings;
-    let mut observed;
-    let port: &mut dyn RayCaster = match watch {
-        Some(sink) => {
-            observed = emulated.observed(sink)?;
-            &mut observed
-        }
-        None => &mut emulated,
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let warnings = match watch {
+        Some(sink) => cast_workload(&host, &mut emulated.observed(sink)?, &mut timings, progress)?,
+        None => cast_workload(&host, &mut emulated, &mut timings, progress)?,
     };
-    match workload {
-        Workload::Rays(rays) => {
-            run.measure("trace", || port.closest_hits(Purpose::Primary, Query::Rays(rays)))?;
-        }
-        Workload::Radiosity => {
-            let (solution, _) = pass_1(&scene, &mesh, port, &pass_1_options, run, progress)?;
-            warnings.extend(warnings::open_account(&solution.account));
-        }
-        Workload::Primary => {
-            let camera = camera_of(&scene)?;
-            let mut nothing = NullCaster;
-            let mut routed = RoutedCaster::new(Purpose::Primary, port, &mut nothing);
-            let look = &mut |share| progress(Progress::Render(share));
-            let rendering =
-                run.measure("trace", || look_through(&scene, &camera, &mesh, &mut routed, picture, look))?;
-            warnings.extend(warnings::back_faces(&scene, &rendering));
-        }
-        Workload::Shadow => {
-            let camera = camera_of(&scene)?;
-            let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &origins)?;
-            let (solution, _) = pass_1(&scene, &mesh, software.port(), &pass_1_options, run, progress)?;
-            let mut routed = RoutedCaster::new(Purpose::Shadow, port, software.port());
-            let pass_2 = &mut |share| progress(Progress::Render(share));
-            let rendering = run.measure("pass 2", || {
-                render::render(&scene, &camera, &mesh, &solution, &mut routed, picture, pass_2)
-            })?;
-            warnings.extend(warnings::open_account(&solution.account));
-            warnings.extend(warnings::back_faces(&scene, &rendering));
-        }
-        Workload::All => {
-            let camera = camera_of(&scene)?;
-            let (solution, _) = pass_1(&scene, &mesh, port, &pass_1_options, run, progress)?;
-            let pass_2 = &mut |share| progress(Progress::Render(share));
-            let rendering = run.measure("pass 2", || {
-                render::render(&scene, &camera, &mesh, &solution, port, picture, pass_2)
-            })?;
-            warnings.extend(warnings::open_account(&solution.account));
-            warnings.extend(warnings::back_faces(&scene, &rendering));
-        }
-    }
     let counted = emulated.statistics();
     let warm_up = if *warm_up_cycles > 0 {
         let all = emulated.board().statistics();
@@ -405,6 +357,89 @@ pub fn simulate_scene(
     };
     let links = emulated.link_statistics();
     Ok(Simulated { board: counted, links, warm_up, scene, mesh, timings, warnings })
+}
+
+impl Workload {
+    /// Its name, as on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Workload::Primary => "primary",
+            Workload::Radiosity => "radiosity",
+            Workload::Shadow => "shadow",
+            Workload::All => "all",
+            Workload::Rays(_) => "rays",
+        }
+    }
+
+    /// Where its own rays start (m); those of the others start on surfaces, at the eye and at lights.
+    fn origins(&self) -> Vec<DVec3> {
+        match self {
+            Workload::Rays(rays) => rays.iter().map(|r| r.origin).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// A host's run of a workload.
+struct HostRun<'a> {
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    workload: &'a Workload,
+    solve: &'a SolveOptions,
+    picture: &'a RenderOptions,
+}
+
+/// Casts the rays of a workload with `emulated`, in the order that the host casts them in; what the user should know.
+fn cast_workload(
+    host: &HostRun<'_>,
+    emulated: &mut dyn RayCaster,
+    run: &mut Timings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Vec<String>, FrameError> {
+    let HostRun { scene, mesh, workload, solve, picture } = *host;
+    let mut warnings = scene.warnings.clone();
+    let pass_1_options = PassOne::Solve(*solve);
+    match workload {
+        Workload::Rays(rays) => {
+            run.measure("trace", || emulated.closest_hits(Purpose::Primary, Query::Rays(rays)))?;
+        }
+        Workload::Radiosity => {
+            let (solution, _) = pass_1(scene, mesh, emulated, &pass_1_options, run, progress)?;
+            warnings.extend(warnings::open_account(&solution.account));
+        }
+        Workload::Primary => {
+            let camera = camera_of(scene)?;
+            let mut nothing = NullCaster;
+            let mut routed = RoutedCaster::new(Purpose::Primary, emulated, &mut nothing);
+            let look = &mut |share| progress(Progress::Render(share));
+            let rendering =
+                run.measure("trace", || look_through(scene, &camera, mesh, &mut routed, picture, look))?;
+            warnings.extend(warnings::back_faces(scene, &rendering));
+        }
+        Workload::Shadow => {
+            let camera = camera_of(scene)?;
+            let mut software = make_caster(&CasterChoice::Software, scene, mesh, &workload.origins())?;
+            let (solution, _) = pass_1(scene, mesh, software.port(), &pass_1_options, run, progress)?;
+            let mut routed = RoutedCaster::new(Purpose::Shadow, emulated, software.port());
+            let pass_2 = &mut |share| progress(Progress::Render(share));
+            let rendering = run.measure("pass 2", || {
+                render::render(scene, &camera, mesh, &solution, &mut routed, picture, pass_2)
+            })?;
+            warnings.extend(warnings::open_account(&solution.account));
+            warnings.extend(warnings::back_faces(scene, &rendering));
+        }
+        Workload::All => {
+            let camera = camera_of(scene)?;
+            let (solution, _) = pass_1(scene, mesh, emulated, &pass_1_options, run, progress)?;
+            let pass_2 = &mut |share| progress(Progress::Render(share));
+            let rendering = run.measure("pass 2", || {
+                render::render(scene, &camera, mesh, &solution, emulated, picture, pass_2)
+            })?;
+            warnings.extend(warnings::open_account(&solution.account));
+            warnings.extend(warnings::back_faces(scene, &rendering));
+        }
+    }
+    Ok(warnings)
 }
 
 /// Loads and meshes a scene, looks at it once through its camera, for warnings, and makes its patch memory for `board`.

@@ -20,6 +20,8 @@ pub mod mesh;
 
 pub mod raycast;
 
+pub mod recorded;
+
 pub mod radiosity;
 
 pub mod direct;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! block --At, how to compute it--> trait Answers --> ray | step | wanted rays | hit
-//!                                    Live: computes      record.rs: Recorder computes and keeps, Replay looks up
+//!                                    Live: computes      record/: Recorder computes and keeps, Replay looks up
 //! ```
 //! Static dispatch: with [`Live`] nothing is left of it. The answers to one bundle (in grid partition: to one ray) are
 //! asked for in an order that no timing changes, which is what makes a record replayable.

@@ -20,6 +20,7 @@ use crate::functional::{CENTRE_RAYS_TOGETHER, CanonicalCounters, centre_rays};
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
 use crate::packet::{self, MAX_BUNDLE_RAYS};
+use crate::record::{RecordError, RecordedCommand, Recorder, Replay, hash_work};
 use crate::sim::{
     Accounts, Activity, CommandMark, Cycle, Directory, EventKind, EventLog, EventSink, Fifo, LinkState,
     Observer, Silent,
@@ -80,6 +81,9 @@ pub enum BoardError {
     /// Over 2^32 rays in a command.
     #[error("{0} rays in one command; at most 2^32 - 1 are possible")]
     TooManyRays(usize),
+    /// A recorded command that cannot have been recorded on a board with these answers.
+    #[error("the record does not fit the board: {0}")]
+    Record(#[from] RecordError),
     /// No progress for too many cycles; the board gives this answer to every later command too.
     #[error("no progress for {cycles} cycles; last causes: {causes}")]
     Watchdog {
@@ -124,12 +128,49 @@ struct Command<'a> {
     delivered: Vec<ResultEntry>,
 }
 
+/// What a command is cut into.
+struct Plan {
+    jobs: Vec<Job>,
+    n_rays: usize,
+    /// Those of the jobs that are bundles.
+    n_bundles: u64,
+    /// The low-resolution cast; its rays, which a recorded command has none of.
+    cast: Vec<Job>,
+    centres: Vec<RayWords>,
+}
+
 /// What a command asks for, and who watches.
 struct Request<'a, 'r, A, O> {
+    plan: Plan,
+    /// The rays of the plan; none of a recorded command.
     work: Work<'a>,
     any_hit: bool,
     answers: &'r mut A,
     observer: &'r mut O,
+}
+
+impl Command<'_> {
+    fn nearest_hits(&self) -> Vec<Option<HitWords>> {
+        let mut hits = vec![None; self.n_rays];
+        for entry in &self.delivered {
+            if let ResultEntry::Nearest { ray, hit, .. } = *entry {
+                hits[ray as usize] = hit;
+            }
+        }
+        hits
+    }
+
+    fn hit_bits(&self) -> Vec<bool> {
+        let mut hits = vec![false; self.n_rays];
+        for entry in &self.delivered {
+            if let ResultEntry::Any { first_ray, bits, n_rays } = *entry {
+                for i in 0..n_rays {
+                    hits[(first_ray + i) as usize] = bits >> i & 1 == 1;
+                }
+            }
+        }
+        hits
+    }
 }
 
 impl Board {
@@ -266,14 +307,8 @@ impl Board {
         answers: &mut A,
         observer: &mut O,
     ) -> Result<Vec<Option<HitWords>>, BoardError> {
-        let command = self.run(Request { work, any_hit: false, answers, observer })?;
-        let mut hits = vec![None; command.n_rays];
-        for entry in &command.delivered {
-            if let ResultEntry::Nearest { ray, hit, .. } = *entry {
-                hits[ray as usize] = hit;
-            }
-        }
-        Ok(hits)
+        let plan = self.plan(work)?;
+        Ok(self.run(Request { plan, work, any_hit: false, answers, observer })?.nearest_hits())
     }
 
     /// Hit bits with answers from somewhere, watched by somebody.
@@ -283,16 +318,72 @@ impl Board {
         answers: &mut A,
         observer: &mut O,
     ) -> Result<Vec<bool>, BoardError> {
-        let command = self.run(Request { work, any_hit: true, answers, observer })?;
-        let mut hits = vec![false; command.n_rays];
-        for entry in &command.delivered {
-            if let ResultEntry::Any { first_ray, bits, n_rays } = *entry {
-                for i in 0..n_rays {
-                    hits[(first_ray + i) as usize] = bits >> i & 1 == 1;
-                }
-            }
-        }
-        Ok(hits)
+        let plan = self.plan(work)?;
+        Ok(self.run(Request { plan, work, any_hit: true, answers, observer })?.hit_bits())
+    }
+
+    /// [`Board::trace_nearest`], and a record of what the datapath answered.
+    ///
+    /// # Errors
+    /// As [`Board::trace_nearest`].
+    pub fn record_nearest(
+        &mut self,
+        work: Work<'_>,
+    ) -> Result<(Vec<Option<HitWords>>, RecordedCommand), BoardError> {
+        let mut recorder = Recorder::new(&self.spec);
+        let hits = self.nearest_with(work, &mut recorder, &mut Silent)?;
+        Ok((hits, recorder.finish(false, matches!(work, Work::Rays(_)), hash_work(&self.spec.formats, work))))
+    }
+
+    /// [`Board::trace_any`], and a record of what the datapath answered.
+    ///
+    /// # Errors
+    /// As [`Board::trace_nearest`].
+    pub fn record_any(&mut self, work: Work<'_>) -> Result<(Vec<bool>, RecordedCommand), BoardError> {
+        let mut recorder = Recorder::new(&self.spec);
+        let hits = self.any_with(work, &mut recorder, &mut Silent)?;
+        Ok((hits, recorder.finish(true, matches!(work, Work::Rays(_)), hash_work(&self.spec.formats, work))))
+    }
+
+    /// Runs a recorded command: every cycle and count is that of the command itself on this board. The record must be
+    /// of this scene and partition ([`crate::record::RecordKey`]), and sound ([`RecordedCommand::check`]).
+    ///
+    /// # Errors
+    /// A record of other work, or a watchdog, be it of an earlier command.
+    pub fn replay(&mut self, command: &RecordedCommand) -> Result<(), BoardError> {
+        self.replay_with(command, &mut Silent).map(drop)
+    }
+
+    /// [`Board::replay`], every event told to `sink`.
+    ///
+    /// # Errors
+    /// As [`Board::replay`].
+    pub fn replay_observed(
+        &mut self,
+        command: &RecordedCommand,
+        sink: EventSink<'_>,
+    ) -> Result<(), BoardError> {
+        let mut log = EventLog::new(sink);
+        let done = self.replay_with(command, &mut log).map(drop);
+        log.flush();
+        done
+    }
+
+    /// A recorded command, watched by somebody; as it ended.
+    fn replay_with<O: Observer>(
+        &mut self,
+        recorded: &RecordedCommand,
+        observer: &mut O,
+    ) -> Result<Command<'static>, BoardError> {
+        let [jobs, cast] = recorded.jobs();
+        let n_bundles = if recorded.is_explicit() { 0 } else { jobs.len() as u64 };
+        let n_rays = jobs.iter().map(|job| job.n_rays as usize).sum();
+        let plan = Plan { jobs, n_rays, n_bundles, cast, centres: Vec::new() };
+        let mut replay = Replay::new(&self.spec, &self.image, recorded);
+        let (work, any_hit, answers) = (Work::Rays(&[]), recorded.any_hit(), &mut replay);
+        let command = self.run(Request { plan, work, any_hit, answers, observer })?;
+        replay.finish()?;
+        Ok(command)
     }
 
     /// Runs a command to its end.
@@ -303,29 +394,24 @@ impl Board {
         if let Some((cycles, causes)) = &self.given_up {
             return Err(BoardError::Watchdog { cycles: *cycles, causes: causes.clone() });
         }
-        let Request { work, any_hit, answers, observer } = request;
-        let (jobs, n_rays) = self.jobs(work, MAX_BUNDLE_RAYS)?;
+        let Request { plan, work, any_hit, answers, observer } = request;
+        let Plan { jobs, n_rays, n_bundles, cast, centres } = plan;
         let mut command = Command { work, any_hit, jobs, n_rays, delivered: Vec::new() };
         if n_rays == 0 {
             return Ok(command);
         }
-        if let Work::Bundles(bundles) = work {
-            self.counters.bundles += bundles.len() as u64;
-        }
+        self.counters.bundles += n_bundles;
         self.host_link.start(self.entry_bytes(any_hit));
         let mark = |mark: CommandMark| (EventKind::Command, 0, mark as u32);
         let mut tell = |now, (kind, place, payload)| observer.event(now, kind, place, payload);
         tell(self.now, mark(if any_hit { CommandMark::Any } else { CommandMark::Nearest }));
-        let centres = centre_rays(&self.spec, work, command.jobs.len());
-        let estimated = !centres.is_empty();
+        let estimated = !cast.is_empty();
         if estimated {
             tell(self.now, mark(CommandMark::LowResolution));
-            let (mut jobs, _) = self.jobs(Work::Rays(&centres), CENTRE_RAYS_TOGETHER)?;
-            jobs.iter_mut().for_each(|job| job.low_resolution = true);
             let every = self.spec.dispatch.low_resolution_every as usize;
-            self.dispatcher.start_low_resolution(&command.jobs, &jobs, every);
+            self.dispatcher.start_low_resolution(&command.jobs, &cast, every);
             let work = Work::Rays(&centres);
-            let mut cast = Command { work, any_hit, jobs, n_rays: 0, delivered: Vec::new() };
+            let mut cast = Command { work, any_hit, jobs: cast, n_rays: 0, delivered: Vec::new() };
             self.clock(&mut cast, answers, observer)?;
         }
         observer.event(self.now, EventKind::Command, 0, CommandMark::Bundles as u32);
@@ -460,6 +546,16 @@ impl Board {
     /// Bytes of one entry on its way up: a hit record, or the hit bits of a bundle.
     fn entry_bytes(&self, any_hit: bool) -> u32 {
         if any_hit { packet::any_hit_bytes(MAX_BUNDLE_RAYS) } else { packet::hit_bytes(&self.spec.formats) }
+    }
+
+    /// Cuts the work, and its low-resolution cast, into jobs.
+    fn plan(&self, work: Work<'_>) -> Result<Plan, BoardError> {
+        let (jobs, n_rays) = self.jobs(work, MAX_BUNDLE_RAYS)?;
+        let n_bundles = if let Work::Bundles(bundles) = work { bundles.len() as u64 } else { 0 };
+        let centres = centre_rays(&self.spec, work, jobs.len());
+        let (mut cast, _) = self.jobs(Work::Rays(&centres), CENTRE_RAYS_TOGETHER)?;
+        cast.iter_mut().for_each(|job| job.low_resolution = true);
+        Ok(Plan { jobs, n_rays, n_bundles, cast, centres })
     }
 
     /// Cuts the work into jobs, explicit rays into so many a job.

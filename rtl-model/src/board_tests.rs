@@ -14,6 +14,9 @@ use crate::spec::{
     MaskCacheSpec, MemoryLevels, Partition, PatchCacheSpec, PatchLayout, Scheduling, ShellGrowth, ShellSpec,
 };
 
+#[path = "board_replay_tests.rs"]
+mod replay;
+
 /// A small deterministic generator: 31 random bits a call.
 pub(crate) struct Random(pub(crate) u64);
 

@@ -20,6 +20,8 @@ pub mod functional;
 
 pub mod answers;
 
+pub mod record;
+
 pub mod sim;
 
 pub mod blocks;

@@ -141,6 +141,11 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number in 0..={}", u64::MAX))
 }
 
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share <= 1.0);
+    share.ok_or_else(|| "expected a number over 0 and up to 1, such as 0.1".to_owned())
+}
+
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
     text.parse()
 }
@@ -250,6 +255,9 @@ pub enum WorkloadArg {
   radeng simulate scenes/cornell-box/scene.toml --workload primary --width 256 --height 256
   radeng simulate scene.toml --warm-up 50000 --report warm.json
   radeng simulate scene.toml --board my-board.toml --workload all --report run.json
+  radeng simulate scene.toml --record w.radtrace       and then, the same counts faster, on any clusters and caches:
+  radeng simulate scene.toml --board my-board.toml --replay w.radtrace
+  radeng simulate scene.toml --width 1024 --height 1024 --sample 0.1    a tenth of the commands, and an error bar
   radeng simulate scene.toml --rays rays.csv           rays in metres through a scene
   radeng simulate --rays vectors.csv --board minimal   test vectors: no scene, no renderer
   radeng simulate scene.toml --account --interval 10000            phases of rays, roots of stalls, work over time
@@ -299,6 +307,17 @@ pub struct SimulateArgs {
     /// Print the causes of every block, not of each kind of block
     #[arg(long)]
     pub all_blocks: bool,
+    /// Record the board's work: what its cells, lists and tests came to, for --replay
+    #[arg(long, value_name = "FILE.radtrace", conflicts_with_all = ["warm_up", "trace", "wave", "perfetto", "account", "interval", "pixel", "ray"])]
+    pub record: Option<PathBuf>,
+    /// Run the board on recorded work instead of rays: the same cycles and counts, for any clusters, caches, depths,
+    /// memory, bus and scheduling. Scene, formats, grid, partition and workload must be those of the record
+    #[arg(long, value_name = "FILE.radtrace", conflicts_with_all = ["record", "warm_up", "trace", "wave", "perfetto", "account", "interval", "pixel", "ray"])]
+    pub replay: Option<PathBuf>,
+    /// Run only this share (over 0, up to 1) of the board's commands, chosen by --seed, and estimate the cycles of all
+    /// of them, with a 95 % interval
+    #[arg(long, value_name = "SHARE", conflicts_with_all = ["record", "replay", "warm_up", "trace", "wave", "perfetto", "account", "interval", "pixel", "ray"], allow_negative_numbers = true, value_parser = share)]
+    pub sample: Option<f64>,
     /// Write a JSON report (radeng/simulate/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,

@@ -18,6 +18,7 @@ pub mod plan;
 mod probe;
 mod progress;
 mod rays;
+mod recorded;
 mod render;
 mod simulate;
 mod solve;

@@ -1,5 +1,5 @@
 //! `radeng simulate`: a workload through the emulated board, and the account of its cycles. Test vectors, which need
-//! no scene, are in `vectors.rs`.
+//! no scene, are in `vectors.rs`; records and samples of the work in `recorded.rs`.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ use rtl_model::spec::BoardSpec;
 use super::args::{ReconstructArg, SimulateArgs, WorkloadArg};
 use super::progress::Bars;
 use super::rays::read_rays;
-use super::{CliError, Outcome, plan, render, trace, vectors};
-use crate::frame::{self, SimulateOptions, Workload};
+use super::{CliError, Outcome, plan, recorded, render, trace, vectors};
+use crate::frame::{SimulateOptions, Workload};
 use crate::image::OutputFiles;
 use crate::raycast::board::CommandSink;
 use crate::render::RenderOptions;
@@ -27,23 +27,29 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
     let [wave, slices] = args.look.outputs();
     plan::check_outputs(
         [],
-        &[(args.report.as_deref(), "json"), (args.trace.as_deref(), "radlog"), wave, slices],
-        &[Some(scene), args.rays.as_deref(), Some(Path::new(&args.board))],
+        &[
+            (args.report.as_deref(), "json"),
+            (args.trace.as_deref(), "radlog"),
+            wave,
+            slices,
+            (args.record.as_deref(), "radtrace"),
+        ],
+        &[Some(scene), args.rays.as_deref(), Some(Path::new(&args.board)), args.replay.as_deref()],
     )?;
     let board = plan::resolve_board(&args.board)?;
     let picture = plan::resolve_picture(&args.picture, ReconstructArg::Hermite, args.seed);
     let solve = plan::resolve_solve(args.seed, args.dense_visibility);
-    let (workload, name) = match &args.rays {
-        Some(path) => (Workload::Rays(read_rays(path)?), "rays"),
+    let workload = match &args.rays {
+        Some(path) => Workload::Rays(read_rays(path)?),
         None => match args.workload.unwrap_or(WorkloadArg::Primary) {
-            WorkloadArg::Primary => (Workload::Primary, "primary"),
-            WorkloadArg::Radiosity => (Workload::Radiosity, "radiosity"),
-            WorkloadArg::Shadow => (Workload::Shadow, "shadow"),
-            WorkloadArg::All => (Workload::All, "all"),
+            WorkloadArg::Primary => Workload::Primary,
+            WorkloadArg::Radiosity => Workload::Radiosity,
+            WorkloadArg::Shadow => Workload::Shadow,
+            WorkloadArg::All => Workload::All,
         },
     };
 
-    let mut watch = watch(args, &board, scene, name, &picture)?;
+    let mut watch = watch(args, &board, scene, workload.name(), &picture)?;
     let sink = watch.as_mut().map(|watch| watch as &mut dyn CommandSink);
     let mut bars = Bars::new(solve.unshot_share, render::n_camera_rays(&picture));
     let show = &mut |p| bars.show(p);
@@ -55,14 +61,15 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         solve,
         picture,
     };
-    let run = frame::simulate_scene(scene, &options, sink, show)?;
+    let mut files = OutputFiles::new();
+    let (run, recorded) = recorded::simulate(args, scene, &options, &mut files, sink, show)?;
     bars.finish();
     let (seen, written) = watch.map(Watch::finish).transpose()?.unzip();
 
     let report = SimulateReport {
         schema: SimulateReport::SCHEMA,
         scene: Some(SceneFacts::new(&run.scene, &run.mesh)),
-        workload: name,
+        workload: options.workload.name(),
         rays_file: args.rays.clone(),
         vectors: None,
         warm_up: run.warm_up.as_ref().map(WarmUpReport::new),
@@ -70,15 +77,16 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         solve_options: Some(options.solve),
         board: BoardReport::new(&options.board, &run.board, &run.links),
         observed: seen.as_ref().map(ObservedReport::new),
+        recorded,
         timings: run.timings,
         warnings: run.warnings,
     };
-    let mut files = OutputFiles::new();
     if let Some(path) = &args.report {
         files.stage(path, report::to_json(&report));
     }
     trace::put_in_place(files, written.unwrap_or_default())?;
-    let text = report::terminal::simulate_summary(&report, args.all_blocks);
+    let mut text = report::terminal::simulate_summary(&report, args.all_blocks);
+    text.extend(report.recorded.as_ref().map(|recorded| recorded.lines(options.board.clock_mhz)));
     Ok(Outcome { text, warnings: report.warnings, check_failed: false })
 }
 

@@ -7,7 +7,7 @@ use rtl_model::fixed::Formats;
 use rtl_model::spec::BoardSpec;
 
 use super::args::SimulateArgs;
-use super::{CliError, Outcome, plan, vectors_text};
+use super::{CliError, Outcome, plan, recorded, vectors_text};
 use crate::image::OutputFiles;
 use crate::report::{self, BoardReport, SimulateReport, Timings, VectorsReport};
 use crate::vectors::{self, MAX_FILE_BYTES, Vectors, VectorsFormat};
@@ -53,7 +53,7 @@ fn check_flags(args: &SimulateArgs) -> Result<(), CliError> {
         "window",
         "force",
     ];
-    let unused = of_scenes.into_iter().filter(|id| args.given.has(id));
+    let unused = of_scenes.into_iter().filter(|id| args.given.has(id)).chain(recorded::given(args));
     let unused: Vec<String> = unused.map(|id| format!("--{}", id.replace('_', "-"))).collect();
     match unused.as_slice() {
         [] => Ok(()),
@@ -129,6 +129,7 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
         options: None,
         solve_options: None,
         board: BoardReport::of_total(&check.spec, &check.statistics, &check.links),
+        recorded: None,
         timings,
         warnings,
     };

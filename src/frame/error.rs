@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::radiosity::SolveError;
 use crate::radiosity::solution_file::SolutionFileError;
 use crate::raycast::CastError;
+use crate::recorded::RecordFileError;
 use crate::report::si::vector;
 use crate::scene::SceneError;
 
@@ -31,6 +32,9 @@ pub enum FrameError {
     /// A caster failed.
     #[error(transparent)]
     Cast(#[from] CastError),
+    /// A record that cannot be read, or is one of other work.
+    #[error(transparent)]
+    Record(#[from] RecordFileError),
     /// A stored value was asked for where no surface is.
     #[error(
         "no surface within {reach_m} m of the point {} along its normal: stored values exist on surfaces only",

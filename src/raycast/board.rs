@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rtl_model::board::{Board, BoardError, Work};
 use rtl_model::datapath::HitWords;
+use rtl_model::record::RecordedCommand;
 use rtl_model::sim::{Directory, Event, FifoStatistics};
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
@@ -29,7 +30,12 @@ pub struct BoardCaster {
     board: Board,
     by_purpose: BTreeMap<Purpose, BoardStatistics>,
     warming: Warming,
+    /// The commands so far, when they are to be recorded.
+    recorded: Option<Vec<PurposeCommand>>,
 }
+
+/// A recorded command, and what its rays were cast for.
+pub type PurposeCommand = (Purpose, RecordedCommand);
 
 /// Commands that were left out of every count.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,6 +91,7 @@ struct Passage<'a, 's> {
     board: &'a mut Board,
     warming: &'a mut Warming,
     sink: Option<&'a mut (dyn CommandSink + 's)>,
+    recorded: Option<&'a mut Vec<PurposeCommand>>,
     purpose: Purpose,
 }
 
@@ -116,20 +123,30 @@ impl Passage<'_, '_> {
 impl Tracer for Passage<'_, '_> {
     fn trace_nearest(&mut self, work: Work<'_>) -> Result<Vec<Option<HitWords>>, BoardError> {
         self.begin(work);
-        let hits = match &mut self.sink {
-            Some(sink) => self.board.trace_nearest_observed(work, &mut |events| sink.events(events)),
-            None => self.board.trace_nearest(work),
-        }?;
+        let hits = if let Some(sink) = &mut self.sink {
+            self.board.trace_nearest_observed(work, &mut |events| sink.events(events))?
+        } else if let Some(commands) = &mut self.recorded {
+            let (hits, command) = self.board.record_nearest(work)?;
+            commands.push((self.purpose, command));
+            hits
+        } else {
+            self.board.trace_nearest(work)?
+        };
         self.end_warm_up();
         Ok(hits)
     }
 
     fn trace_any(&mut self, work: Work<'_>) -> Result<Vec<bool>, BoardError> {
         self.begin(work);
-        let hits = match &mut self.sink {
-            Some(sink) => self.board.trace_any_observed(work, &mut |events| sink.events(events)),
-            None => self.board.trace_any(work),
-        }?;
+        let hits = if let Some(sink) = &mut self.sink {
+            self.board.trace_any_observed(work, &mut |events| sink.events(events))?
+        } else if let Some(commands) = &mut self.recorded {
+            let (hits, command) = self.board.record_any(work)?;
+            commands.push((self.purpose, command));
+            hits
+        } else {
+            self.board.trace_any(work)?
+        };
         self.end_warm_up();
         Ok(hits)
     }
@@ -183,7 +200,13 @@ impl BoardCaster {
     ) -> Result<BoardCaster, CastError> {
         let (quantizer, image) = quantized::load(spec, patches, extra_points)?;
         let board = Board::new(spec, image).map_err(|e| CastError::Board(e.to_string()))?;
-        Ok(BoardCaster { quantizer, board, by_purpose: BTreeMap::new(), warming: Warming::None })
+        Ok(BoardCaster {
+            quantizer,
+            board,
+            by_purpose: BTreeMap::new(),
+            warming: Warming::None,
+            recorded: None,
+        })
     }
 
     /// Scene space to words.
@@ -229,6 +252,40 @@ impl BoardCaster {
         }
     }
 
+    /// From here on every command is recorded.
+    pub fn record(&mut self) {
+        self.recorded.get_or_insert_with(Vec::new);
+    }
+
+    /// The commands recorded since [`BoardCaster::record`] or since they were taken last.
+    pub fn take_recorded(&mut self) -> Vec<PurposeCommand> {
+        self.recorded.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Runs recorded commands, without their rays; `progress` gets the share that is done.
+    ///
+    /// # Errors
+    /// [`CastError::Board`] when a command is not one of this scene and partition.
+    pub fn replay(
+        &mut self,
+        commands: &[PurposeCommand],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<(), CastError> {
+        for (done, (purpose, command)) in commands.iter().enumerate() {
+            self.booked(*purpose, None, |_, passage| {
+                let replayed = passage.board.replay(command);
+                replayed.map_err(|e| CastError::Board(format!("command {done}: {e}")))
+            })?;
+            progress((done + 1) as f64 / commands.len() as f64);
+        }
+        Ok(())
+    }
+
+    /// Runs commands as they are, and counts nothing of them by purpose.
+    pub fn board_mut(&mut self) -> &mut Board {
+        &mut self.board
+    }
+
     /// Runs `work` and books what the board counted meanwhile.
     fn booked<T>(
         &mut self,
@@ -238,7 +295,8 @@ impl BoardCaster {
     ) -> Result<T, CastError> {
         let mut before = self.board.statistics();
         let was_over = self.warmed_up().is_some();
-        let mut passage = Passage { board: &mut self.board, warming: &mut self.warming, sink, purpose };
+        let (board, warming) = (&mut self.board, &mut self.warming);
+        let mut passage = Passage { board, warming, sink, recorded: self.recorded.as_mut(), purpose };
         let answer = work(&self.quantizer, &mut passage);
         match &self.warming {
             Warming::Until(_) => return answer,

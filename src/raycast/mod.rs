@@ -14,6 +14,7 @@ mod bundle;
 mod patch;
 
 pub mod board;
+pub mod commands;
 pub mod functional;
 pub mod null;
 pub mod quantize;

@@ -97,6 +97,26 @@ fn trace_batches<T>(
     Ok(answers)
 }
 
+/// Shows the commands that a query becomes on the board.
+///
+/// # Errors
+/// As the query's own.
+pub(super) fn commands(
+    quantizer: &Quantizer,
+    query: Query<'_>,
+    mut see: impl FnMut(Work<'_>),
+) -> Result<(), CastError> {
+    let no_answers = |work: Work<'_>| {
+        see(work);
+        let n_rays = match work {
+            Work::Rays(rays) => rays.len(),
+            Work::Bundles(bundles) => bundles.iter().map(BundleWords::n_rays).sum(),
+        };
+        Ok(vec![(); n_rays])
+    };
+    trace_batches(&quantize(quantizer, query)?, no_answers).map(drop)
+}
+
 /// The nearest hits of a query.
 pub(super) fn closest_hits(
     quantizer: &Quantizer,

@@ -12,7 +12,7 @@ use glam::DVec3;
 use rtl_model::fixed::Formats;
 use serde::Serialize;
 
-use super::{BoardReport, ObservedReport, Timings};
+use super::{BoardReport, ObservedReport, RecordedReport, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
@@ -219,6 +219,9 @@ pub struct SimulateReport {
     pub board: BoardReport,
     /// What was seen inside the run, where it was looked at.
     pub observed: Option<ObservedReport>,
+    /// How it was run, when not simply from its rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<RecordedReport>,
     /// Wall times of the emulation.
     pub timings: Timings,
     /// Warnings, as shown.

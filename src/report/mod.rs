@@ -5,6 +5,7 @@
 //!               --board.rs------> BoardReport (totals, bounds.rs, energy.rs, stall tables, queues, by purpose)
 //! two reports   --compare_runs.rs--> RunComparison
 //!               --observed.rs---> ObservedReport (lives of rays, roots of stalls, work over time)
+//!               --recorded.rs---> RecordedReport (a record or a sample of the work)
 //!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
 //!               --terminal.rs, board_text.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
 //! ```
@@ -19,6 +20,7 @@ pub mod documents;
 pub mod energy;
 pub mod groups;
 pub mod observed;
+pub mod recorded;
 pub mod si;
 pub mod side_by_side;
 pub mod sweep_plot;
@@ -34,6 +36,7 @@ pub use documents::{
     SimulateReport, SolveReport, VectorsReport, WarmUpReport,
 };
 pub use observed::{ObservedReport, TraceReport};
+pub use recorded::RecordedReport;
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
 
 use std::time::Instant;

@@ -16,12 +16,18 @@ use super::{CanonicalCounters, ShellTracer, trace};
 /// slots have some.
 pub const CENTRE_RAYS_TOGETHER: usize = 4;
 
-/// The rays of a command's low-resolution cast: the centre ray of every so many of its `n_jobs` jobs, none of a short
-/// command. They are traced as explicit rays, [`CENTRE_RAYS_TOGETHER`] a job.
-pub fn centre_rays(spec: &BoardSpec, work: Work<'_>, n_jobs: usize) -> Vec<RayWords> {
-    let every = crate::fixed::index(spec.dispatch.low_resolution_every.max(1));
+/// How many rays the low-resolution cast of a command of `n_jobs` jobs has: one for every so many of them, none for a
+/// short command.
+pub fn n_centre_rays(spec: &BoardSpec, n_jobs: usize) -> usize {
     let wanted = spec.partition == Partition::ShellsStatic
         && n_jobs >= crate::fixed::index(spec.dispatch.low_resolution_min_bundles);
+    if wanted { n_jobs.div_ceil(crate::fixed::index(spec.dispatch.low_resolution_every.max(1))) } else { 0 }
+}
+
+/// The rays of a command's low-resolution cast: the centre ray of every so many of its `n_jobs` jobs. They are traced as
+/// explicit rays, [`CENTRE_RAYS_TOGETHER`] a job.
+pub fn centre_rays(spec: &BoardSpec, work: Work<'_>, n_jobs: usize) -> Vec<RayWords> {
+    let every = crate::fixed::index(spec.dispatch.low_resolution_every.max(1));
     let centre = |job: usize| match work {
         Work::Rays(rays) => {
             let first = job * MAX_BUNDLE_RAYS;
@@ -29,7 +35,7 @@ pub fn centre_rays(spec: &BoardSpec, work: Work<'_>, n_jobs: usize) -> Vec<RayWo
         }
         Work::Bundles(bundles) => bundles[job].ray(&spec.formats, bundles[job].n_rays() / 2),
     };
-    (0..if wanted { n_jobs } else { 0 }).step_by(every).map(centre).collect()
+    (0..n_centre_rays(spec, n_jobs)).map(|i| centre(i * every)).collect()
 }
 
 /// Answers a command by the partition of `spec`: a hit per ray in ray order, and the canonical counters.

@@ -20,7 +20,7 @@ mod command;
 mod shells;
 
 pub use crate::datapath::mailbox::MAILBOX_ENTRIES;
-pub use command::{CENTRE_RAYS_TOGETHER, centre_rays, trace_command};
+pub use command::{CENTRE_RAYS_TOGETHER, centre_rays, n_centre_rays, trace_command};
 pub use shells::{BundleTrace, ShellTracer};
 
 /// The canonical counters: functions of scene, formats, grid and rays alone, equal for every timing choice.

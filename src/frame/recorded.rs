@@ -1,0 +1,256 @@
+//! The product `simulate` with a record of its work in place of rays, or with a sample of them.
+//!
+//! ```text
+//! record:  host run --rays--> board, recording --> Simulated, WorkRecord
+//! replay:  WorkRecord --checked against scene, board and settings--> board, looking up --> Simulated
+//! ```
+//! A replay casts no ray and does no host work, but for workloads whose rays depend on no answer (`primary` and rays of a
+//! file): their rays are made once more, and must be those of the record.
+
+use std::path::Path;
+
+use rtl_model::record::{RecordKey, hash_work};
+use rtl_model::spec::BoardSpec;
+
+use super::{
+    FrameError, HostRun, Progress, Simulated, Workload, cast_workload, load_and_mesh, start_points,
+    warn_of_lights,
+};
+use crate::mesh::Mesh;
+use crate::radiosity::SolveOptions;
+use crate::radiosity::solution_file::fingerprint;
+use crate::raycast::RayCaster;
+use crate::raycast::board::BoardCaster;
+use crate::raycast::commands::{CastCommand, CommandCaster};
+use crate::raycast::null::NullCaster;
+use crate::raycast::quantize::Quantizer;
+use crate::raycast::software::SoftwareCaster;
+use crate::recorded::sample::{self, SampleEstimate};
+use crate::recorded::{self, OtherWork, RecordFileError, Setting, WorkRecord};
+use crate::render::RenderOptions;
+use crate::report::Timings;
+use crate::report::si::vector;
+use crate::scene::Scene;
+
+use super::caster::Caster;
+
+/// What is simulated.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulation<'a> {
+    /// The scene file.
+    pub scene: &'a Path,
+    /// Wanted elements, instead of the scene file's `[meshing]`.
+    pub elements: Option<u32>,
+    /// The board.
+    pub board: &'a BoardSpec,
+    /// Its rays.
+    pub workload: &'a Workload,
+    /// Pass 1.
+    pub solve: &'a SolveOptions,
+    /// The picture.
+    pub picture: &'a RenderOptions,
+}
+
+/// A scene in both worlds, before any ray.
+struct Loaded {
+    scene: Scene,
+    mesh: Mesh,
+    caster: BoardCaster,
+    timings: Timings,
+}
+
+fn load(run: &Simulation<'_>) -> Result<Loaded, FrameError> {
+    let mut timings = Timings::default();
+    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, &mut timings)?;
+    let points = start_points(&scene, &run.workload.origins());
+    let caster = timings.measure("board", || BoardCaster::new(run.board, &mesh.cast_patches(), &points))?;
+    let mut caster = Caster::Board(Box::new(caster));
+    warn_of_lights(&mut scene, &mesh, &mut caster);
+    match caster {
+        Caster::Board(caster) => Ok(Loaded { scene, mesh, caster: *caster, timings }),
+        Caster::Software(_) => unreachable!("a board was made"),
+    }
+}
+
+/// Drives the board with the rays of a workload, and records what its datapath answers.
+///
+/// # Errors
+/// As [`super::simulate_scene`].
+pub fn record_scene(
+    run: &Simulation<'_>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Simulated, WorkRecord), FrameError> {
+    let Loaded { scene, mesh, mut caster, mut timings } = load(run)?;
+    caster.record();
+    let Simulation { workload, solve, picture, .. } = *run;
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let warnings = cast_workload(&host, &mut caster, &mut timings, progress)?;
+    let key = RecordKey::of(run.board, caster.board().image());
+    let record = WorkRecord { settings: settings(&host), key, commands: caster.take_recorded() };
+    Ok((
+        Simulated {
+            board: caster.statistics(),
+            links: caster.link_statistics(),
+            warm_up: None,
+            scene,
+            mesh,
+            timings,
+            warnings,
+        },
+        record,
+    ))
+}
+
+/// Drives the board with the record in the file `path`, which must be one of this work.
+///
+/// # Errors
+/// A record that cannot be read, or one of other work; a fault of the scene.
+pub fn replay_scene(
+    run: &Simulation<'_>,
+    path: &Path,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Simulated, WorkRecord), FrameError> {
+    let record = recorded::load(path)?;
+    let Loaded { scene, mesh, mut caster, mut timings } = load(run)?;
+    let Simulation { workload, solve, picture, .. } = *run;
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let other = |source| RecordFileError::Other { path: path.to_path_buf(), source };
+    let key = RecordKey::of(run.board, caster.board().image());
+    record.check(&settings(&host), &key).map_err(other)?;
+    for (i, (_, command)) in record.commands.iter().enumerate() {
+        let what =
+            |error| RecordFileError::Body { path: path.to_path_buf(), what: format!("command {i}: {error}") };
+        command.check(run.board, caster.board().image()).map_err(what)?;
+    }
+    if !answers_matter(workload) {
+        let commands = timings.measure("rays", || commands(&host, caster.quantizer(), &mut NullCaster))?;
+        check_bundles(&record, &commands, run.board).map_err(other)?;
+    }
+    timings.measure("trace", || {
+        caster.replay(&record.commands, &mut |share| progress(Progress::Render(share)))
+    })?;
+    let warnings = scene.warnings.clone();
+    Ok((
+        Simulated {
+            board: caster.statistics(),
+            links: caster.link_statistics(),
+            warm_up: None,
+            scene,
+            mesh,
+            timings,
+            warnings,
+        },
+        record,
+    ))
+}
+
+/// Drives the board with a share of a workload's commands, and estimates the cycles of all of them. Rays that depend on
+/// answers are those of a run in software, with the board's surface offset.
+///
+/// # Errors
+/// As [`super::simulate_scene`].
+pub fn sample_scene(
+    run: &Simulation<'_>,
+    share: f64,
+    seed: u64,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Simulated, SampleEstimate), FrameError> {
+    let Loaded { scene, mesh, mut caster, mut timings } = load(run)?;
+    let Simulation { workload, solve, picture, .. } = *run;
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let commands = timings.measure("rays", || {
+        if answers_matter(workload) {
+            let mut software = SoftwareCaster::new(mesh.cast_patches());
+            commands(&host, caster.quantizer(), &mut software)
+        } else {
+            commands(&host, caster.quantizer(), &mut NullCaster)
+        }
+    })?;
+    let show = &mut |done| progress(Progress::Render(done));
+    let (by_purpose, estimate) =
+        timings.measure("sample", || sample::run(caster.board_mut(), &commands, share, seed, show))?;
+    let warnings = scene.warnings.clone();
+    Ok((
+        Simulated {
+            board: by_purpose,
+            links: caster.link_statistics(),
+            warm_up: None,
+            scene,
+            mesh,
+            timings,
+            warnings,
+        },
+        estimate,
+    ))
+}
+
+/// Some rays of the workload depend on what others hit.
+fn answers_matter(workload: &Workload) -> bool {
+    !matches!(workload, Workload::Primary | Workload::Rays(_))
+}
+
+/// The commands that the board gets in a run in which `answers` answers.
+fn commands(
+    host: &HostRun<'_>,
+    quantizer: &Quantizer,
+    answers: &mut dyn RayCaster,
+) -> Result<Vec<CastCommand>, FrameError> {
+    let mut caster = CommandCaster::new(answers, quantizer);
+    cast_workload(host, &mut caster, &mut Timings::default(), &mut |_| {})?;
+    Ok(caster.into_commands())
+}
+
+/// Checks that the rays of a record are these.
+fn check_bundles(record: &WorkRecord, commands: &[CastCommand], board: &BoardSpec) -> Result<(), OtherWork> {
+    let differ = |what: String, recorded: String, given: String| Err(OtherWork { what, recorded, given });
+    let (n, wanted) = (record.commands.len(), commands.len());
+    if n != wanted {
+        return differ("number of commands".to_owned(), n.to_string(), wanted.to_string());
+    }
+    for (i, ((_, recorded), command)) in record.commands.iter().zip(commands).enumerate() {
+        let mode = |any_hit: bool| if any_hit { "any hit" } else { "nearest hit" }.to_owned();
+        if recorded.any_hit() != command.any_hit {
+            return differ(format!("mode of command {i}"), mode(recorded.any_hit()), mode(command.any_hit));
+        }
+        let hash = hash_work(&board.formats, command.words.work());
+        if recorded.work_hash() != hash {
+            let what = format!("bundles of command {i} (hash)");
+            return differ(what, format!("{:016x}", recorded.work_hash()), format!("{hash:016x}"));
+        }
+    }
+    Ok(())
+}
+
+/// What the rays of a workload depend on, in words.
+fn settings(host: &HostRun<'_>) -> Vec<Setting> {
+    let HostRun { scene, mesh, workload, solve, picture } = *host;
+    let mut settings = Vec::new();
+    let mut put = |name: &str, value: String| settings.push(Setting { name: name.to_owned(), value });
+    put("workload", workload.name().to_owned());
+    put("scene and mesh (hash)", format!("{:016x}", fingerprint(scene, mesh)));
+    let looks = matches!(workload, Workload::Primary | Workload::Shadow | Workload::All);
+    let solves = matches!(workload, Workload::Radiosity | Workload::Shadow | Workload::All);
+    if let (true, Some(camera)) = (looks, &scene.camera) {
+        let (eye, target, up) = (vector(camera.eye), vector(camera.target), vector(camera.up));
+        let fov = camera.fov_y_deg;
+        put("camera", format!("eye {eye} m, target {target} m, up {up}, fov_y_deg = {fov}"));
+        let RenderOptions { width, height, samples, .. } = picture;
+        let plural = if *samples == 1 { "" } else { "s" };
+        put("picture", format!("{width} x {height}, {samples} sample{plural} a pixel"));
+    }
+    if looks && solves {
+        let RenderOptions { shadow_strata, max_depth, seed, .. } = picture;
+        put("shadow rays", format!("shadow_strata = {shadow_strata}, depth = {max_depth}, seed = {seed}"));
+    }
+    if solves {
+        let SolveOptions { unshot_share, max_shots, seed, dense_visibility, max_row_bytes } = solve;
+        put(
+            "pass 1",
+            format!(
+                "unshot_share = {unshot_share}, max_shots = {max_shots}, seed = {seed}, dense_visibility = \
+                 {dense_visibility}, max_row_bytes = {max_row_bytes}"
+            ),
+        );
+    }
+    settings
+}
