@@ -96,7 +96,7 @@ fn simulate_replay_of_other_work_is_refused_with_what_differs_and_both_values() 
         ),
         (
             "--width 16 --height 16 --board every.toml",
-            "low_resolution_every = 1, low_resolution_min_bundles = 64; asked",
+            "low_resolution_every = 16, low_resolution_min_bundles = 64; asked",
         ),
         ("--width 16 --height 16 --board finer.toml", "asked for: 64 x 64 x 64 cells"),
         (
