@@ -82,7 +82,7 @@ impl Grid {
     }
 
     /// Where the ray leaves `cell`, a cell that it has entered.
-    #[inline]
+    #[inline(always)]
     pub fn crossing(&self, formats: &Formats, ray: &RayWords, cell: Cell) -> Crossing {
         let cell_log2 = self.cell_log2(formats);
         let cube = 1_i64 << formats.coord_frac_bits;
@@ -105,14 +105,16 @@ impl Grid {
     }
 
     /// The neighbour along an axis, on the side of the direction's sign.
-    #[inline]
+    #[inline(always)]
     fn neighbour(&self, cell: Cell, axis: usize, direction: i32) -> Option<Cell> {
-        let index = i64::from(cell.0[axis]) + i64::from(direction.signum());
-        if direction == 0 || index < 0 || index >> self.log2_cells != 0 {
+        // Below 0 wraps to 255, which is beyond every grid.
+        let step = if direction < 0 { u8::MAX } else { 1 };
+        let index = cell.0[axis].wrapping_add(step);
+        if direction == 0 || u32::from(index) >> self.log2_cells != 0 {
             return None;
         }
         let mut next = cell;
-        next.0[axis] = clamp_to_u8(index);
+        next.0[axis] = index;
         Some(next)
     }
 }

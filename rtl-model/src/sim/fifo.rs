@@ -160,7 +160,7 @@ impl<T: Token> Fifo<T> {
     }
 
     /// True when the writer may push in cycle `now`.
-    #[inline]
+    #[inline(always)]
     pub fn can_push(&self, now: Cycle) -> bool {
         now >= self.state.push_from
     }
@@ -169,7 +169,7 @@ impl<T: Token> Fifo<T> {
     ///
     /// # Panics
     /// In debug builds, when [`Fifo::can_push`] is false.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, now: Cycle, token: T) {
         debug_assert!(self.can_push(now), "push into a full FIFO");
         let mask = self.entries.len() - 1;
@@ -185,7 +185,7 @@ impl<T: Token> Fifo<T> {
     }
 
     /// [`Fifo::push`], told to an observer.
-    #[inline]
+    #[inline(always)]
     pub fn send<O: Observer>(&mut self, now: Cycle, token: T, observer: &mut O) {
         self.push(now, token);
         if O::ON {
@@ -194,7 +194,7 @@ impl<T: Token> Fifo<T> {
     }
 
     /// The oldest token, as of the start of the cycle; none any more once it is popped in this cycle.
-    #[inline]
+    #[inline(always)]
     pub fn front(&self, now: Cycle) -> Option<&T> {
         if now < self.state.front_from {
             return None;
@@ -204,7 +204,7 @@ impl<T: Token> Fifo<T> {
     }
 
     /// Takes the oldest token; the writer may use its entry from the next cycle on.
-    #[inline]
+    #[inline(always)]
     pub fn pop(&mut self, now: Cycle) -> Option<T> {
         let token = self.front(now).copied()?;
         let s = &mut self.state;
@@ -221,7 +221,7 @@ impl<T: Token> Fifo<T> {
     }
 
     /// [`Fifo::pop`], told to an observer.
-    #[inline]
+    #[inline(always)]
     pub fn take<O: Observer>(&mut self, now: Cycle, observer: &mut O) -> Option<T> {
         let token = self.pop(now)?;
         if O::ON {
