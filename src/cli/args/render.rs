@@ -1,0 +1,79 @@
+//! `radeng render` and `radeng solve` as typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::common::{CastArgs, PictureArgs};
+use crate::image::Exposure;
+use crate::image::exposure::ExposureError;
+
+/// Reconstruction of the stored irradiance between mesh vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ReconstructArg {
+    /// The element's mean
+    Constant,
+    /// Bilinear between the vertices
+    Bilinear,
+    /// Bicubic Hermite: no Mach bands at element edges
+    Hermite,
+}
+
+fn exposure(text: &str) -> Result<Exposure, ExposureError> {
+    text.parse()
+}
+
+/// `radeng render`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng render scenes/cornell-box/scene.toml --caster board
+  radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
+  radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png")]
+pub struct RenderArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
+    /// [default: the scene's name, as .png and .exr, in the current directory]
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// How rays are cast.
+    #[command(flatten)]
+    pub cast: CastArgs,
+    /// The picture.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Reconstruction of the stored indirect light between mesh vertices
+    #[arg(long, value_enum, default_value = "hermite")]
+    pub reconstruct: ReconstructArg,
+    /// Exposure of .png files: 'auto', or stops (display-linear = radiance x 2^EV)
+    #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Exposure,
+    /// Use this solution, as `solve` wrote it for the same scene and mesh, instead of pass 1
+    #[arg(long, value_name = "FILE.radsol")]
+    pub solution: Option<PathBuf>,
+    /// Write a JSON report (radeng/render/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `radeng solve`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  radeng solve scenes/furnace/scene.toml -o furnace.radsol --report furnace.json
+  radeng render scenes/furnace/scene.toml --solution furnace.radsol")]
+pub struct SolveArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Solution file to write
+    #[arg(short, long = "output", value_name = "FILE.radsol")]
+    pub output: PathBuf,
+    /// How rays are cast.
+    #[command(flatten)]
+    pub cast: CastArgs,
+    /// Stop when the unshot power is under this share of the emitted power
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, default_value_t = crate::radiosity::SolveOptions::default().unshot_share)]
+    pub unshot: f64,
+    /// Write a JSON report (radeng/solve/1)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
