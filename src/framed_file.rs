@@ -7,6 +7,13 @@
 //!     20   CRC-32 (IEEE) of the body    u32
 //!     24   body
 //! ```
+//! A body may be sections one behind the other, so that it can be said which one is damaged:
+//! ```text
+//! byte 0   tag, such as "ELEM"          4 bytes
+//!      4   length of the payload        u64
+//!     12   CRC-32 of the payload        u32
+//!     16   payload
+//! ```
 //! Magic, version and length are looked at before the body is read, so nothing larger than the file is ever allocated,
 //! whatever its header says. A file is replaced by one rename: readers see the old one or the new one, never half a file.
 
@@ -46,7 +53,14 @@ pub struct Kind {
     pub version: u32,
     /// What it is, with its article.
     pub name: &'static str,
+    /// Its body is sections.
+    pub sectioned: bool,
 }
+
+/// Tag of a section.
+pub type Tag = [u8; 4];
+/// Bytes before the payload of a section.
+const SECTION_HEADER_BYTES: usize = 16;
 
 /// Why a file was not written or not read.
 #[derive(Debug, thiserror::Error)]
@@ -92,10 +106,13 @@ pub enum FramedFileError {
         expected_bytes: u64,
     },
     /// The bytes are not those that were written.
-    #[error("{}: damaged: checksum {found:08x}, its header says {expected:08x}", path.display())]
+    #[error("{}: damaged{}: checksum {found:08x}, its header says {expected:08x}", path.display(),
+        section.as_ref().map_or(String::new(), |tag| format!(" in its section {tag}")))]
     Checksum {
         /// The file.
         path: PathBuf,
+        /// The section, where that can be told.
+        section: Option<String>,
         /// Of the body as read.
         found: u32,
         /// In the header.
@@ -205,9 +222,50 @@ impl Kind {
         }
         let (found, expected) = (crc32fast::hash(&body), u32_at(20));
         if found != expected {
-            return Err(FramedFileError::Checksum { path: path(), found, expected });
+            let section = if self.sectioned { damaged_section(&body) } else { None };
+            return Err(FramedFileError::Checksum { path: path(), section, found, expected });
         }
         Ok(body)
+    }
+
+    /// The value of the section that `body` begins with; what is behind it is left in `body`.
+    ///
+    /// # Errors
+    /// [`FramedFileError::Body`] when it is another section or does not hold such a value.
+    pub fn section<T: DeserializeOwned>(
+        &self,
+        path: &Path,
+        body: &mut &[u8],
+        tag: Tag,
+    ) -> Result<T, FramedFileError> {
+        let name = tag_name(tag);
+        let Some((found, crc, payload, rest)) = split_section(body) else {
+            return Err(self.fault(path, format!("it ends in or before its section {name}")));
+        };
+        if found != tag {
+            let found = tag_name(found);
+            return Err(self.fault(path, format!("section {found} stands where {name} should be")));
+        }
+        if crc32fast::hash(payload) != crc {
+            return Err(self.fault(path, format!("the checksum of its section {name} is wrong")));
+        }
+        *body = rest;
+        match postcard::take_from_bytes(payload) {
+            Ok((value, [])) => Ok(value),
+            Ok((_, rest)) => Err(self.fault(path, format!("{} bytes left over in {name}", rest.len()))),
+            Err(error) => Err(self.fault(path, format!("section {name}: {error}"))),
+        }
+    }
+
+    /// Checks that all sections were read.
+    ///
+    /// # Errors
+    /// [`FramedFileError::Body`].
+    pub fn end(&self, path: &Path, body: &[u8]) -> Result<(), FramedFileError> {
+        match body.len() {
+            0 => Ok(()),
+            n => Err(self.fault(path, format!("{n} bytes left over behind its last section"))),
+        }
     }
 
     /// A value out of the bytes of a body, which must hold it and nothing more.
@@ -234,6 +292,40 @@ impl Kind {
 /// Never for types whose sequences and maps know their lengths.
 pub fn encode(value: &impl Serialize) -> Vec<u8> {
     postcard::to_stdvec(value).expect("lists of this program know their lengths")
+}
+
+/// Adds a section to a body.
+pub fn put_section(body: &mut Vec<u8>, tag: Tag, value: &impl Serialize) {
+    let payload = encode(value);
+    body.extend(tag);
+    body.extend((payload.len() as u64).to_le_bytes());
+    body.extend(crc32fast::hash(&payload).to_le_bytes());
+    body.extend(payload);
+}
+
+/// Tag, checksum and payload of the section at the front, and what follows it.
+fn split_section(body: &[u8]) -> Option<(Tag, u32, &[u8], &[u8])> {
+    let (header, rest) = body.split_first_chunk::<SECTION_HEADER_BYTES>()?;
+    let (tag, numbers) = header.split_first_chunk::<4>()?;
+    let (length, crc) = numbers.split_first_chunk::<8>()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (payload, rest) = rest.split_at_checked(length)?;
+    Some((*tag, u32::from_le_bytes(*crc.first_chunk()?), payload, rest))
+}
+
+/// The first section whose checksum is wrong, if the way to it is not damaged.
+fn damaged_section(mut body: &[u8]) -> Option<String> {
+    while let Some((tag, crc, payload, rest)) = split_section(body) {
+        if crc32fast::hash(payload) != crc {
+            return Some(tag_name(tag));
+        }
+        body = rest;
+    }
+    None
+}
+
+fn tag_name(tag: Tag) -> String {
+    String::from_utf8_lossy(&tag).into_owned()
 }
 
 /// What a file that starts so seems to be, said to who expected `magic`.

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-const KIND: Kind = Kind { magic: *b"RADXXX\r\n", version: 3, name: "a test file" };
+const KIND: Kind = Kind { magic: *b"RADXXX\r\n", version: 3, name: "a test file", sectioned: false };
 
 fn read(kind: &Kind, bytes: &[u8]) -> Result<Vec<u8>, FramedFileError> {
     kind.read_from(Path::new("dir/a"), bytes, bytes.len() as u64)
@@ -119,4 +119,30 @@ fn framed_file_written_replaces_the_old_one_and_a_folder_is_refused() {
     assert!(error.contains("is a folder"), "{error}");
     let error = KIND.write(&dir.path().join("no/a.rad"), b"x").unwrap_err();
     assert!(matches!(error, FramedFileError::Io { .. }), "{error}");
+}
+
+#[test]
+fn sections_read_back_in_order_are_the_same_and_a_damaged_one_is_named() {
+    let kind = Kind { sectioned: true, ..KIND };
+    let mut body = Vec::new();
+    put_section(&mut body, *b"ONE ", &vec![1.0f64, 2.0]);
+    put_section(&mut body, *b"TWO ", &"text");
+    let good = kind.frame(&body);
+    let path = Path::new("dir/a");
+    let decode = |bytes: &[u8]| -> Result<(Vec<f64>, String), FramedFileError> {
+        let body = read(&kind, bytes)?;
+        let body = &mut body.as_slice();
+        let parts = (kind.section(path, body, *b"ONE ")?, kind.section(path, body, *b"TWO ")?);
+        kind.end(path, body)?;
+        Ok(parts)
+    };
+    assert_eq!(decode(&good).unwrap(), (vec![1.0, 2.0], "text".to_owned()));
+    assert_damage_is_refused(&kind, &good, &|bytes| decode(bytes).map(|_| ()));
+    let mut damaged = good.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    let error = decode(&damaged).unwrap_err().to_string();
+    assert!(error.contains("damaged in its section TWO"), "{error}");
+    let swapped = reframed(&kind, &good, |b| b[..4].copy_from_slice(b"SIX "));
+    let error = decode(&swapped).unwrap_err().to_string();
+    assert!(error.contains("section SIX  stands where ONE  should be"), "{error}");
 }

@@ -16,7 +16,7 @@ use super::{OtherWork, WorkRecord};
 use crate::framed_file::{FramedFileError, Kind, encode};
 
 /// The kind of these files.
-const KIND: Kind = Kind { magic: *b"RADTRC\r\n", version: 1, name: "a record of work" };
+const KIND: Kind = Kind { magic: *b"RADTRC\r\n", version: 1, name: "a record of work", sectioned: false };
 
 /// Why a record cannot be used.
 #[derive(Debug, thiserror::Error)]
