@@ -26,7 +26,7 @@ use crate::units::Rgb;
 /// First bytes of every solution file; the line end shows transfers in text mode.
 const MAGIC: [u8; 8] = *b"RADSOL\r\n";
 /// Version of the body's layout.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Bytes before the body.
 const HEADER_BYTES: usize = 24;
 
@@ -303,6 +303,7 @@ mod tests {
             n_shooters: 2,
             n_rays: 1 << 40,
             row_sum_error: RowSumError { max: 0.1, mean: 0.01 },
+            error_estimate: None,
         }
     }
 
