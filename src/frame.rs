@@ -549,6 +549,7 @@ fn look_through(
         n_shooters: 0,
         n_rays: 0,
         row_sum_error: RowSumError::default(),
+        error_estimate: None,
     };
     let picture = RenderOptions { reconstruct: Method::Constant, ..picture.clone() };
     Ok(render::render(scene, camera, mesh, &dark, caster, &picture, progress)?)

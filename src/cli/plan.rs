@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 
 use rtl_model::spec::BoardSpec;
 
-use super::args::{CastArgs, CasterArg, PictureArgs, ReconstructArg, RenderArgs};
+use super::args::{
+    CastArgs, CasterArg, FormFactorsArg, PassOneArgs, PictureArgs, ReconstructArg, RenderArgs,
+};
 use super::error::CliError;
 use crate::frame::{CasterChoice, FrameOptions, PassOne};
 use crate::geom::DVec3;
 use crate::image::files::{check_not_inputs, check_targets};
 use crate::image::{OutputError, PictureFormat};
-use crate::radiosity::SolveOptions;
+use crate::radiosity::{FormFactorMethod, SolveOptions};
 use crate::reconstruct::Method;
 use crate::render::RenderOptions;
 use crate::report::si::vector;
@@ -100,19 +102,43 @@ pub fn resolve_caster(args: &CastArgs) -> Result<CasterChoice, CliError> {
 /// As [`resolve_caster`]; an option of pass 1 where pass 1 does not run.
 pub fn resolve_frame(args: &CastArgs, solution: Option<&Path>) -> Result<FrameOptions, CliError> {
     let pass_1 = match solution {
-        Some(_) if args.dense_visibility => {
-            let what = "--dense-visibility has no use with --solution: it is an option of pass 1";
-            return Err(CliError::Usage(what.to_owned()));
-        }
-        Some(path) => PassOne::Load(path.to_owned()),
-        None => PassOne::Solve(resolve_solve(args.seed, args.dense_visibility)),
+        Some(path) => match pass_1_flag(&args.pass_1) {
+            Some(flag) => {
+                let what = format!("{flag} has no use with --solution: it is an option of pass 1");
+                return Err(CliError::Usage(what));
+            }
+            None => PassOne::Load(path.to_owned()),
+        },
+        None => PassOne::Solve(resolve_solve(args.seed, &args.pass_1)),
     };
     Ok(FrameOptions { elements: args.elements, caster: resolve_caster(args)?, pass_1 })
 }
 
 /// Options of pass 1.
-pub fn resolve_solve(seed: u64, dense_visibility: bool) -> SolveOptions {
-    SolveOptions { seed, dense_visibility, ..SolveOptions::default() }
+pub fn resolve_solve(seed: u64, args: &PassOneArgs) -> SolveOptions {
+    let default = SolveOptions::default();
+    SolveOptions {
+        seed,
+        dense_visibility: args.dense_visibility,
+        form_factors: match args.form_factors {
+            Some(FormFactorsArg::Vertex) | None => FormFactorMethod::Vertex,
+            Some(FormFactorsArg::Hemisphere) => FormFactorMethod::Hemisphere,
+        },
+        max_shooters: args.max_shooters.map_or(default.max_shooters, |n| n as usize),
+        wanted_error: args.wanted_error.unwrap_or(default.wanted_error),
+        ..default
+    }
+}
+
+/// An option of pass 1 that was given, but the seed, which pass 2 uses too.
+fn pass_1_flag(args: &PassOneArgs) -> Option<&'static str> {
+    let given = [
+        (args.dense_visibility, "--dense-visibility"),
+        (args.form_factors.is_some(), "--form-factors"),
+        (args.max_shooters.is_some(), "--max-shooters"),
+        (args.wanted_error.is_some(), "--wanted-error"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
 }
 
 /// Options of pass 2.
@@ -219,7 +245,13 @@ mod tests {
     use super::*;
 
     fn cast(caster: Option<CasterArg>, board: Option<&str>) -> CastArgs {
-        CastArgs { caster, board: board.map(str::to_owned), elements: None, seed: 1, dense_visibility: false }
+        CastArgs {
+            caster,
+            board: board.map(str::to_owned),
+            elements: None,
+            seed: 1,
+            pass_1: PassOneArgs::default(),
+        }
     }
 
     #[test]
@@ -263,7 +295,8 @@ mod tests {
 
     #[test]
     fn dense_visibility_reaches_pass_1_and_is_refused_where_none_runs() {
-        let args = CastArgs { dense_visibility: true, ..cast(None, None) };
+        let pass_1 = PassOneArgs { dense_visibility: true, ..PassOneArgs::default() };
+        let args = CastArgs { pass_1, ..cast(None, None) };
         let options = resolve_frame(&args, None).unwrap();
         assert!(matches!(options.pass_1, PassOne::Solve(SolveOptions { dense_visibility: true, .. })));
         let e = resolve_frame(&args, Some(Path::new("a.radsol"))).unwrap_err().to_string();

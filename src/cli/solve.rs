@@ -24,7 +24,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
     let mut options = plan::resolve_frame(&args.cast, None)?;
     options.pass_1 = PassOne::Solve(SolveOptions {
         unshot_share: args.unshot,
-        ..plan::resolve_solve(args.cast.seed, args.cast.dense_visibility)
+        ..plan::resolve_solve(args.cast.seed, &args.cast.pass_1)
     });
 
     let mut bars = Bars::new(args.unshot, 0);

@@ -242,12 +242,22 @@ fn settings(host: &HostRun<'_>) -> Vec<Setting> {
         put("shadow rays", format!("shadow_strata = {shadow_strata}, depth = {max_depth}, seed = {seed}"));
     }
     if solves {
-        let SolveOptions { unshot_share, max_shots, seed, dense_visibility, max_row_bytes } = solve;
+        let SolveOptions {
+            unshot_share,
+            max_shots,
+            seed,
+            dense_visibility,
+            max_row_bytes,
+            form_factors,
+            max_shooters,
+            wanted_error,
+        } = solve;
         put(
             "pass 1",
             format!(
                 "unshot_share = {unshot_share}, max_shots = {max_shots}, seed = {seed}, dense_visibility = \
-                 {dense_visibility}, max_row_bytes = {max_row_bytes}"
+                 {dense_visibility}, max_row_bytes = {max_row_bytes}, form_factors = {form_factors:?}, max_shooters = \
+                 {max_shooters}, wanted_error = {wanted_error}"
             ),
         );
     }

@@ -22,8 +22,11 @@ pub mod lights;
 mod probe;
 mod receivers;
 mod row;
+mod rows;
 mod shooting;
 pub mod solution_file;
+mod state;
+mod stochastic;
 pub mod summary;
 #[cfg(test)]
 mod tests;
@@ -78,6 +81,26 @@ pub struct SolveOptions {
     pub dense_visibility: bool,
     /// Memory for form-factor rows (bytes); patches whose rows do not fit cast them anew for every shot.
     pub max_row_bytes: u64,
+    /// How power is shot.
+    pub form_factors: FormFactorMethod,
+    /// Patches that shoot by kernel at most; with more patches than this, the rest of the power is shot stochastically,
+    /// from the moment on that it takes fewer rays.
+    pub max_shooters: usize,
+    /// Standard error of stochastic shooting that its rays are counted for: RMS over the elements, relative to the mean
+    /// irradiance.
+    pub wanted_error: f64,
+}
+
+/// How power is shot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FormFactorMethod {
+    /// Kernel from each shooter to the points of each receiver, times the visible share: no noise.
+    #[default]
+    Vertex,
+    /// Cosine-distributed bundles of rays from the shooters, emitters included: the board's native job; noise, with an
+    /// estimate of it.
+    Hemisphere,
 }
 
 impl Default for SolveOptions {
@@ -87,7 +110,10 @@ impl Default for SolveOptions {
             max_shots: 1_000_000,
             seed: 1,
             dense_visibility: false,
-            max_row_bytes: 2 << 30,
+            max_row_bytes: 1 << 30,
+            form_factors: FormFactorMethod::Vertex,
+            max_shooters: 2000,
+            wanted_error: 0.02,
         }
     }
 }
@@ -109,6 +135,23 @@ pub struct Solution {
     pub n_rays: u64,
     /// Row-sum error of the form factors before any correction; see [`RowSumError`].
     pub row_sum_error: RowSumError,
+    /// How good stochastic shooting is; `None` when all power was shot by kernel.
+    pub error_estimate: Option<ErrorEstimate>,
+}
+
+/// Standard error of `E_mean` by stochastic shooting, from the spread of independent rounds.
+///
+/// Not in it: what kernel shots got wrong, and what was left unshot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorEstimate {
+    /// RMS over the elements, relative to the mean irradiance, both by area; sums of the channels.
+    pub relative_rms: f64,
+    /// The same over each surface alone, surfaces in scene order; 0 where nothing arrived.
+    pub surfaces: Vec<f64>,
+    /// Rounds that the rays were shot in.
+    pub n_rounds: u32,
+    /// Rays of these rounds.
+    pub n_rays: u64,
 }
 
 /// How far the form factors' row sums are from one, before any correction.
@@ -123,12 +166,28 @@ pub struct RowSumError {
     pub mean: f64,
 }
 
+/// What a solve is doing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SolvePhase {
+    /// Patches shoot by kernel.
+    Shots,
+    /// The rest is shot by hemisphere bundles, in several rounds that each begin anew.
+    Stochastic {
+        /// How much of the planned rounds is done, 0 to 1.
+        done: f64,
+    },
+}
+
 /// Progress of a solve.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveProgress {
-    /// Shots so far.
+    /// What it is doing.
+    pub phase: SolvePhase,
+    /// Shots by kernel so far.
     pub n_shots: usize,
-    /// Unshot power over emitted power.
+    /// Rays so far.
+    pub n_rays: u64,
+    /// Unshot power over emitted power; of the running round, when stochastic.
     pub unshot_share: f64,
 }
 

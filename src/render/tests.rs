@@ -69,6 +69,7 @@ fn uniform(mesh: &Mesh, indirect: f64) -> Solution {
         n_shooters: 0,
         n_rays: 0,
         row_sum_error: RowSumError::default(),
+        error_estimate: None,
     }
 }
 

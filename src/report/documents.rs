@@ -16,7 +16,7 @@ use super::{BoardReport, ObservedReport, RecordedReport, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
-use crate::radiosity::{EnergyAccount, RowSumError, Solution, SolveOptions};
+use crate::radiosity::{EnergyAccount, ErrorEstimate, RowSumError, Solution, SolveOptions};
 use crate::raycast::board::WarmUp;
 use crate::render::RenderOptions;
 use crate::scene::Scene;
@@ -91,6 +91,8 @@ pub struct PassOneFacts {
     pub n_shooters: usize,
     /// Visibility rays cast.
     pub n_rays: u64,
+    /// How good stochastic shooting is; none when all power was shot by kernel.
+    pub error_estimate: Option<ErrorEstimate>,
 }
 
 impl PassOneReport {
@@ -108,6 +110,7 @@ impl PassOneReport {
                 n_shots: solution.n_shots,
                 n_shooters: solution.n_shooters,
                 n_rays: solution.n_rays,
+                error_estimate: solution.error_estimate.clone(),
             },
             account: solution.account,
             row_sum_error: solution.row_sum_error,

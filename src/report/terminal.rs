@@ -195,6 +195,18 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
             percent(r.row_sum_error.max),
         ),
     );
+    if let Some(error) = &p.error_estimate {
+        line(
+            out,
+            "bundles",
+            format_args!(
+                "{} in {} rounds shot the rest: standard error {} of the mean irradiance (RMS over the elements)",
+                count(error.n_rays, "rays"),
+                error.n_rounds,
+                percent(error.relative_rms),
+            ),
+        );
+    }
     let a = &r.account;
     let w = |rgb: crate::units::Rgb| si(rgb.sum(), "W");
     let emitted = a.emitted_w.sum();

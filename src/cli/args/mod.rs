@@ -10,7 +10,7 @@ mod show;
 mod simulate;
 mod verify;
 
-pub use common::{CastArgs, CasterArg, PictureArgs};
+pub use common::{CastArgs, CasterArg, FormFactorsArg, PassOneArgs, PictureArgs};
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
 pub use render::{ReconstructArg, RenderArgs, SolveArgs};
