@@ -541,16 +541,7 @@ fn look_through(
     picture: &RenderOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Rendering, FrameError> {
-    let dark = Solution {
-        element_irradiance: vec![SplitIrradiance::default(); mesh.elements.len()],
-        vertex_irradiance: vec![SplitIrradiance::default(); mesh.vertices.len()],
-        account: EnergyAccount::default(),
-        n_shots: 0,
-        n_shooters: 0,
-        n_rays: 0,
-        row_sum_error: RowSumError::default(),
-        error_estimate: None,
-    };
+    let dark = Solution::dark(mesh);
     let picture = RenderOptions { reconstruct: Method::Constant, ..picture.clone() };
     Ok(render::render(scene, camera, mesh, &dark, caster, &picture, progress)?)
 }

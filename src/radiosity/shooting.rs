@@ -16,7 +16,9 @@
 use rayon::prelude::*;
 
 use super::form_factors::{Aim, FormFactors, Row, StrayShares};
+use super::checkpoint::Checkpoint;
 use super::light_shots::{self, LightShot};
+use super::{Start, UnshotRadiosity, diagnostics, relight};
 use super::receivers::Receivers;
 use super::row::ROW_BLOCK;
 use super::rows::RowStore;
@@ -25,7 +27,7 @@ use super::stochastic::{self, Stochastic};
 use super::{FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
 use crate::mesh::{Mesh, PatchId};
 use crate::raycast::{CastError, RayCaster};
-use crate::scene::Scene;
+use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
 /// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
@@ -52,20 +54,30 @@ pub(super) fn run(
     mesh: &Mesh,
     caster: &mut dyn RayCaster,
     options: &SolveOptions,
+    start: Start<'_>,
+    mut checkpoint: Option<&mut Checkpoint>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
     let mut solver = Solver::new(scene, mesh, options, caster.surface_offset_m());
-    let mut state = solver.begin(caster)?;
+    let resumed = checkpoint.as_mut().map_or(Ok(None), |c| c.resume(scene, mesh, options, start))?;
+    let mut state = match (resumed, start) {
+        (Some(state), _) => state,
+        (None, Start::Anew) => solver.begin(caster)?,
+        (None, Start::From(stored)) => relight::begin(&mut solver, stored, caster)?,
+    };
     while solver.step(&mut state, caster)? {
         progress(solver.progress(&state));
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.after_step(&state)?;
+        }
     }
-    Ok(solver.finish(state))
+    solver.finish(state, caster)
 }
 
 /// What a solve needs beside its [`State`]: all of it follows from scene, mesh and options.
 pub(super) struct Solver<'a> {
-    scene: &'a Scene,
-    mesh: &'a Mesh,
+    pub scene: &'a Scene,
+    pub mesh: &'a Mesh,
     options: &'a SolveOptions,
     offset_m: f64,
     optics: Vec<PatchOptics>,
@@ -106,16 +118,30 @@ impl<'a> Solver<'a> {
     /// The state before the first step: lights without area have shone, nothing was shot.
     pub(super) fn begin(&mut self, caster: &mut dyn RayCaster) -> Result<State, SolveError> {
         let mut state = State::new(self.scene, self.mesh);
-        if !self.scene.lights.is_empty() {
-            self.need_receivers();
-        }
-        if let Some(receivers) = &self.receivers {
-            for light in &self.scene.lights {
-                self.add_light(&mut state, &light_shots::shoot(self.mesh, receivers, light, caster)?);
-            }
+        for light in &self.scene.lights {
+            let shot = self.light_shot(light, caster)?;
+            add_light(&mut state, &shot, 1.0);
         }
         self.measure_unshot(&mut state);
         Ok(state)
+    }
+
+    /// What a light without area does.
+    pub(super) fn light_shot(
+        &mut self,
+        light: &Light,
+        caster: &mut dyn RayCaster,
+    ) -> Result<LightShot, SolveError> {
+        let receivers = self.receivers.get_or_insert_with(|| Receivers::of(self.mesh, self.offset_m));
+        Ok(light_shots::shoot(self.mesh, receivers, light, caster)?)
+    }
+
+    pub(super) fn reflectance(&self, patch: PatchId) -> Rgb {
+        self.optics[patch.0 as usize].reflectance
+    }
+
+    pub(super) fn exitance(&self, patch: PatchId) -> Rgb {
+        self.exitance[patch.0 as usize]
     }
 
     /// One shot, or one chunk of stochastic rays; false, and nothing done, when the solve is over.
@@ -128,10 +154,15 @@ impl<'a> Solver<'a> {
                 return Ok(false);
             }
             let Some(patch) = strongest(state) else { return Ok(false) };
-            if !self.turns_stochastic(state, patch) {
+            // Bundles shoot what elements received: the rest of a change of reflectance goes first.
+            let left_over = state.unshot_reflected.iter().position(|b| !b.is_black());
+            let turns = self.turns_stochastic(state, patch);
+            if !turns || left_over.is_some() {
+                let patch = left_over.filter(|_| turns).map_or(patch, |p| PatchId(p as u32));
                 self.shoot_strongest(state, patch, caster)?;
                 return Ok(true);
             }
+            self.measure_reciprocity(state, caster)?;
             self.receivers = None;
             self.rows.clear();
             state.stochastic = Some(stochastic::plan(self.mesh, &self.optics, self.options, state));
@@ -198,6 +229,29 @@ impl<'a> Solver<'a> {
         Ok(())
     }
 
+    /// Casts rows and keeps them, whatever memory they take.
+    #[cfg(feature = "exact")]
+    pub(super) fn cast_and_keep(
+        &mut self,
+        state: &mut State,
+        patches: &[PatchId],
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
+        self.need_receivers();
+        let (batch, n_rays) = self.cast_rows(patches, caster)?;
+        state.n_rays += n_rays;
+        for (aim, row, stray) in &batch {
+            self.rows.keep(state, self.mesh, aim.patch, row, *stray, u64::MAX);
+        }
+        Ok(())
+    }
+
+    /// A row at hand.
+    #[cfg(feature = "exact")]
+    pub(super) fn row(&self, patch: PatchId) -> Option<&Row> {
+        self.rows.get(patch)
+    }
+
     /// Rows of patches, and how many rays they took.
     fn cast_rows(
         &self,
@@ -246,34 +300,58 @@ impl<'a> Solver<'a> {
         patches.into_iter().map(|(_, patch)| patch).collect()
     }
 
-    fn add_light(&self, state: &mut State, shot: &LightShot) {
-        for (element, e) in state.elements.iter_mut().zip(&shot.elements) {
-            element.irradiance.direct += *e;
-            element.unshot += *e;
-        }
-        for (vertex, e) in state.vertices.iter_mut().zip(&shot.vertices) {
-            vertex.direct += *e;
-        }
-        state.account.emitted_w += shot.power_w;
-        state.account.lost_w += shot.power_w * shot.stray.lost;
-        state.account.back_w += shot.power_w * shot.stray.back;
-        state.n_rays += shot.n_rays;
-    }
-
-    fn measure_unshot(&self, state: &mut State) {
+    pub(super) fn measure_unshot(&self, state: &mut State) {
         let this = &*state;
         let unshot_w = (0..self.mesh.patches.len())
             .into_par_iter()
             .with_min_len(512)
             .map(|p| {
-                let reflected = self.optics[p].reflectance * this.unshot_irradiance(self.mesh, p);
+                let reflected = this.unshot_reflected[p] + self.newly_reflected(this, p);
                 (this.unshot_exitance[p] + reflected) * self.mesh.patches[p].area_m2
             })
             .collect();
         state.unshot_w = unshot_w;
     }
 
-    pub(super) fn finish(self, mut state: State) -> Solution {
+    /// What a patch has to shoot of what its elements received (W/m^2).
+    fn newly_reflected(&self, state: &State, patch: usize) -> Rgb {
+        self.optics[patch].reflectance * state.unshot_irradiance(self.mesh, patch)
+    }
+
+    /// Compares the rows that are kept, before they are given up; those that are not at hand are cast again.
+    fn measure_reciprocity(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
+        let power_w = |patch: &u32| magnitude(state.shot_w[*patch as usize]);
+        let mut patches: Vec<u32> = state.kept.patches.iter().copied().filter(|p| power_w(p) > 0.0).collect();
+        patches.sort_by(|a, b| power_w(b).total_cmp(&power_w(a)).then(a.cmp(b)));
+        patches.truncate(diagnostics::MAX_ROWS);
+        let missing = patches.iter().map(|p| PatchId(*p)).filter(|p| self.rows.get(*p).is_none());
+        let missing: Vec<PatchId> = missing.collect();
+        if !missing.is_empty() {
+            self.need_receivers();
+        }
+        for batch in missing.chunks(ROWS_PER_QUERY) {
+            for (aim, row, _) in self.cast_rows(batch, caster)?.0 {
+                self.rows.restore(aim.patch, row);
+            }
+        }
+        let rows = patches.iter().filter_map(|p| Some((PatchId(*p), self.rows.get(PatchId(*p))?)));
+        state.reciprocity = Some(diagnostics::reciprocity(self.mesh, &rows.collect::<Vec<_>>()));
+        Ok(())
+    }
+
+    /// The solution of a state, converged or not.
+    pub(super) fn finish(
+        mut self,
+        mut state: State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<Solution, SolveError> {
+        if state.reciprocity.is_none() {
+            self.measure_reciprocity(&mut state, caster)?;
+        }
         let error = match state.stochastic.take() {
             Some(s) => {
                 let error = s.finish(self.mesh, self.scene.surfaces.len(), &mut state);
@@ -301,7 +379,12 @@ impl<'a> Solver<'a> {
             - account.lost_w
             - account.specular_w
             - account.back_w;
-        Solution {
+        let unshot = (0..self.mesh.patches.len()).map(|p| UnshotRadiosity {
+            emitted: state.unshot_exitance[p],
+            reflected: state.unshot_reflected[p] + self.newly_reflected(&state, p),
+        });
+        Ok(Solution {
+            unshot: unshot.collect(),
             element_irradiance: state.elements.iter().map(|e| e.irradiance).collect(),
             row_sum_error: state.row_sum_error(),
             vertex_irradiance: state.vertices,
@@ -309,8 +392,11 @@ impl<'a> Solver<'a> {
             n_shots: state.n_shots,
             n_shooters: state.shot_w.iter().filter(|w| !w.is_black()).count(),
             n_rays: state.n_rays,
-            error_estimate: error,
-        }
+            reciprocity: state.reciprocity.unwrap_or_default(),
+            error_estimate: relight::combined(state.earlier_error, error),
+            shooters: state.known.iter().map(|(patch, known)| known.record(*patch)).collect(),
+            earlier: state.earlier,
+        })
     }
 }
 
@@ -325,14 +411,37 @@ fn strongest(state: &State) -> Option<PatchId> {
     best.1
 }
 
+/// Adds what a light does, `share` times.
+pub(super) fn add_light(state: &mut State, shot: &LightShot, share: f64) {
+    for (element, e) in state.elements.iter_mut().zip(&shot.elements) {
+        element.irradiance.direct += *e * share;
+        element.unshot += *e * share;
+    }
+    for (vertex, e) in state.vertices.iter_mut().zip(&shot.vertices) {
+        vertex.direct += *e * share;
+    }
+    let power_w = shot.power_w * share;
+    state.account.emitted_w += power_w;
+    state.account.lost_w += power_w * shot.stray.lost;
+    state.account.back_w += power_w * shot.stray.back;
+    state.n_rays += shot.n_rays;
+}
+
+/// A patch shoots all that it has not shot yet.
 fn shoot(mesh: &Mesh, optics: &[PatchOptics], state: &mut State, patch: PatchId, row: &Row) {
     let p = patch.0 as usize;
     let direct = std::mem::take(&mut state.unshot_exitance[p]);
-    let indirect = optics[p].reflectance * state.unshot_irradiance(mesh, p);
-    let total = direct + indirect;
+    let left_over = std::mem::take(&mut state.unshot_reflected[p]);
+    let indirect = left_over + optics[p].reflectance * state.unshot_irradiance(mesh, p);
     for e in mesh.patches[p].elements.clone() {
         state.elements[e as usize].unshot = Rgb::BLACK;
     }
+    deposit(mesh, state, patch, direct, indirect, row);
+}
+
+/// Radiosity `direct` and `indirect` (W/m^2) of a patch arrives everywhere.
+pub(super) fn deposit(mesh: &Mesh, state: &mut State, patch: PatchId, direct: Rgb, indirect: Rgb, row: &Row) {
+    let total = direct + indirect;
     let per_task = BLOCKS_PER_TASK * ROW_BLOCK;
     state.elements.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
         for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
@@ -352,6 +461,6 @@ fn shoot(mesh: &Mesh, optics: &[PatchOptics], state: &mut State, patch: PatchId,
             });
         }
     });
-    state.shot_w[p] += total * mesh.patches[p].area_m2;
+    state.shot_w[patch.0 as usize] += total * mesh.patches[patch.0 as usize].area_m2;
     state.n_shots += 1;
 }

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::lighting::Lighting;
 use super::{EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, ShooterRecord};
 use super::{Solution, SolveOptions, SplitIrradiance, UnshotRadiosity};
-use crate::framed_file::{FramedFileError, Kind, put_section};
+use crate::framed_file::{FramedFileError, Kind, encode, put_section};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 
@@ -65,6 +65,14 @@ pub struct Stored {
     pub options: SolveOptions,
     /// The lighting that it was solved for.
     pub lighting: Lighting,
+}
+
+impl Stored {
+    /// A checksum of what a solve that goes on from it depends on.
+    pub(super) fn crc(&self) -> u32 {
+        let Solution { element_irradiance, vertex_irradiance, unshot, .. } = &self.solution;
+        crc32fast::hash(&encode(&(&self.lighting, element_irradiance, vertex_irradiance, unshot)))
+    }
 }
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -123,7 +131,7 @@ pub fn save(
     options: &SolveOptions,
     solution: &Solution,
 ) -> Result<(), SolutionFileError> {
-    Ok(KIND.write(path, &encode(&Geometry::of(scene, mesh), &Lighting::of(scene), options, solution))?)
+    Ok(KIND.write(path, &body_of(&Geometry::of(scene, mesh), &Lighting::of(scene), options, solution))?)
 }
 
 /// Reads a solution of `scene` as meshed in `mesh`, and the options that it was made with.
@@ -150,7 +158,7 @@ pub fn load_of_geometry(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<Store
     }
 }
 
-fn encode(geometry: &Geometry, lighting: &Lighting, options: &SolveOptions, solution: &Solution) -> Vec<u8> {
+fn body_of(geometry: &Geometry, lighting: &Lighting, options: &SolveOptions, solution: &Solution) -> Vec<u8> {
     let facts = Facts {
         account: solution.account,
         n_shots: solution.n_shots as u64,
@@ -255,6 +263,15 @@ pub fn geometry_hash(scene: &Scene, mesh: &Mesh) -> u64 {
     hash.0
 }
 
+/// A hash of everything that pass 1 reads of a scene and its mesh.
+pub fn fingerprint(scene: &Scene, mesh: &Mesh) -> u64 {
+    let mut hash = Fnv(geometry_hash(scene, mesh));
+    for byte in encode(&Lighting::of(scene)) {
+        hash.byte(byte);
+    }
+    hash.0
+}
+
 struct Fnv(u64);
 
 impl Default for Fnv {
@@ -270,8 +287,12 @@ impl Fnv {
 
     fn bits(&mut self, bits: u64) {
         for byte in bits.to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+            self.byte(byte);
         }
+    }
+
+    fn byte(&mut self, byte: u8) {
+        self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
     }
 
     /// Adding 0 makes -0 and 0 the same.
