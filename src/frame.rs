@@ -4,6 +4,7 @@
 //! render_frame:   Scene::load -> Mesh::build -> caster -> radiosity::solve -> render::render -> Frame (film)
 //! solve_scene:    Scene::load -> Mesh::build -> caster -> radiosity::solve -> Solved
 //! probe_scene:    ... -> radiosity::solve -> radiosity::probe -> Probed
+//! probe_grid:     ... -> Grid -> radiosity::solve -> radiosity::probe_many -> GridProbed
 //! simulate_scene: ... -> the rays of a workload through the board -> Simulated
 //! verify_scene:   both passes, recorded -> those rays through board, oracle and software -> Verified
 //! inspect_scene:  Scene::load -> Mesh::build -> one look through the camera -> Inspected
@@ -35,12 +36,14 @@ use crate::units::{Irradiance, Rgb};
 
 mod caster;
 mod error;
+mod grid;
 mod recorded;
 mod verify;
 mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
+pub use grid::{GridFault, GridOptions, GridPointsHidden, GridProbed, probe_grid};
 pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
 pub use verify::{Verified, verify_scene};
 
@@ -73,6 +76,8 @@ pub enum Progress {
     Solve(SolveProgress),
     /// Pass 2, or whatever else has a known end: the share that is done.
     Render(f64),
+    /// Points of a grid: the share that is done.
+    Probe(f64),
 }
 
 /// What the board counted, by purpose of the rays.

@@ -174,5 +174,20 @@ pub fn probe(
     caster: &mut dyn RayCaster,
     points: &[ProbePoint],
 ) -> Result<Vec<SplitIrradiance>, SolveError> {
-    probe::run(scene, mesh, solution, caster, points)
+    probe::run(scene, mesh, solution, caster, points, &mut |_| {})
+}
+
+/// As [`probe`], of many points: `progress` gets the share of them that is done.
+///
+/// # Errors
+/// When the caster fails.
+pub fn probe_many(
+    scene: &Scene,
+    mesh: &Mesh,
+    solution: &Solution,
+    caster: &mut dyn RayCaster,
+    points: &[ProbePoint],
+    progress: &mut dyn FnMut(f64),
+) -> Result<Vec<SplitIrradiance>, SolveError> {
+    probe::run(scene, mesh, solution, caster, points, progress)
 }

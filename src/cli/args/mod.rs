@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 
 mod common;
+mod false_colour;
 mod make;
 mod probe;
 mod render;
@@ -11,6 +12,7 @@ mod simulate;
 mod verify;
 
 pub use common::{CastArgs, CasterArg, PictureArgs};
+pub use false_colour::{ColourMapArg, Range, ScaleArgs, ScaleKindArg};
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
 pub use render::{ReconstructArg, RenderArgs, SolveArgs};
