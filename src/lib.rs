@@ -28,6 +28,8 @@ pub mod recorded;
 
 pub mod radiosity;
 
+pub mod photometry;
+
 pub mod direct;
 
 pub mod reconstruct;

@@ -13,8 +13,8 @@
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use atomic_write_file::AtomicWriteFile;
@@ -29,7 +29,8 @@ use crate::mesh::Mesh;
 use crate::scene::Scene;
 
 /// The kind of these files.
-const KIND: Kind = Kind { magic: *b"RADCHK\r\n", version: 1, name: "a checkpoint of a solve", sectioned: true };
+const KIND: Kind =
+    Kind { magic: *b"RADCHK\r\n", version: 1, name: "a checkpoint of a solve", sectioned: true };
 /// Name of the file in its folder, and of the one that a running solve holds locked.
 const NAME: &str = "solve.radchk";
 const LOCK: &str = "solve.lock";
@@ -88,6 +89,56 @@ struct Key {
     /// Of the solution that the solve goes on from.
     start_crc: Option<u32>,
     caster: String,
+    /// Of the caster (m): it depends on all that is in the scene.
+    surface_offset_m: f64,
+}
+
+/// Where and how often a solve's state is kept: given along with the solve, asked afterwards.
+#[derive(Clone, Debug)]
+pub struct Keeper {
+    folder: PathBuf,
+    every: Duration,
+    stop: Arc<AtomicBool>,
+    used: Arc<Mutex<Option<Checkpoint>>>,
+}
+
+impl Keeper {
+    /// Keeps states in `folder`, one `every` so often; a solve ends when `stop` becomes true.
+    pub fn new(folder: &Path, every: Duration, stop: Arc<AtomicBool>) -> Keeper {
+        Keeper { folder: folder.to_path_buf(), every, stop, used: Arc::default() }
+    }
+
+    /// The checkpoint of a solve that begins; `caster` says in words what the answers to rays depend on.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::open`].
+    pub fn open(&self, caster: String) -> Result<Checkpoint, CheckpointError> {
+        Checkpoint::open(&self.folder, self.every, self.stop.clone(), caster)
+    }
+
+    /// Takes back the checkpoint of a solve that ended.
+    pub fn put_back(&self, checkpoint: Checkpoint) {
+        *self.lock() = Some(checkpoint);
+    }
+
+    /// Removes the checkpoint when all is written that the solve was for; what the user should know of it.
+    pub fn finish(&self) -> Vec<String> {
+        let Some(checkpoint) = self.lock().take() else { return Vec::new() };
+        let trouble = checkpoint.trouble.clone();
+        checkpoint.remove();
+        trouble.into_iter().collect()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Checkpoint>> {
+        // A panic elsewhere leaves nothing half done in here.
+        self.used.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl PartialEq for Keeper {
+    fn eq(&self, other: &Keeper) -> bool {
+        (&self.folder, self.every) == (&other.folder, other.every)
+    }
 }
 
 /// Keeps a solve's state in a folder.
@@ -154,6 +205,7 @@ impl Checkpoint {
         mesh: &Mesh,
         options: &SolveOptions,
         start: Start<'_>,
+        surface_offset_m: f64,
     ) -> Result<Option<State>, CheckpointError> {
         let key = Key {
             geometry_hash: geometry_hash(scene, mesh),
@@ -164,6 +216,7 @@ impl Checkpoint {
                 Start::From(stored) => Some(stored.crc()),
             },
             caster: self.caster.clone(),
+            surface_offset_m,
         };
         self.last = Instant::now();
         if !self.file.exists() {
@@ -233,11 +286,6 @@ impl Checkpoint {
         self.resumed_at
     }
 
-    /// What the user should know of the writing.
-    pub fn trouble(&self) -> Option<&str> {
-        self.trouble.as_deref()
-    }
-
     /// Removes the checkpoint: what it was for is done. What cannot be removed stays.
     pub fn remove(self) {
         let _ = fs::remove_file(&self.file);
@@ -271,8 +319,9 @@ impl Key {
         if self.start_crc != now.start_crc {
             return Some("it began with another solution".to_owned());
         }
-        (self.caster != now.caster)
-            .then(|| format!("its rays were cast by {}, these are by {}", self.caster, now.caster))
+        let caster = |key: &Key| format!("{} with offsets of {} m", key.caster, key.surface_offset_m);
+        (caster(self) != caster(now))
+            .then(|| format!("its rays were cast by {}, these are by {}", caster(self), caster(now)))
     }
 }
 

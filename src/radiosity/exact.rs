@@ -10,8 +10,8 @@
 //! on both ways, so the two answers differ by what progressive refinement left unshot, and by rounding.
 //! Memory: 24 n^2 bytes for F, the matrix and its factors, and the rows, 4 bytes a non-zero factor.
 
-use faer::prelude::*;
 use faer::Mat;
+use faer::prelude::*;
 
 use super::shooting::{Solver, deposit};
 use super::{Solution, SolveError, SolveOptions, SolveProgress};
@@ -69,7 +69,7 @@ pub(super) fn run(
         element.unshot = Rgb::BLACK;
     }
     solver.measure_unshot(&mut state);
-    solver.finish(state, caster)
+    Ok(Solution { exact: true, ..solver.finish(state, caster)? })
 }
 
 /// B of the patches `active`; all others are black. `from_lights`: irradiance of a patch by lights without area (W/m^2).

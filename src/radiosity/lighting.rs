@@ -69,7 +69,12 @@ impl Lighting {
         }
         let n = self.lights.len().max(now.lights.len());
         let first = (0..n).find(|&i| self.lights.get(i) != now.lights.get(i))?;
-        Some(format!("another light {} of {}, the scene has {}", first + 1, self.lights.len(), now.lights.len()))
+        Some(format!(
+            "another light {} of {}, the scene has {}",
+            first + 1,
+            self.lights.len(),
+            now.lights.len()
+        ))
     }
 
     /// What in it cannot be, in words.

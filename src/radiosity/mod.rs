@@ -156,6 +156,8 @@ pub struct Solution {
     pub shooters: Vec<ShooterRecord>,
     /// The solves that this one went on from.
     pub earlier: Option<EarlierWork>,
+    /// By a dense linear solve.
+    pub exact: bool,
 }
 
 impl Solution {
@@ -174,6 +176,7 @@ impl Solution {
             unshot: vec![UnshotRadiosity::default(); mesh.patches.len()],
             shooters: Vec::new(),
             earlier: None,
+            exact: false,
         }
     }
 }
@@ -261,6 +264,8 @@ pub struct SolveProgress {
     pub n_rays: u64,
     /// Unshot power over emitted power; of the running round, when stochastic.
     pub unshot_share: f64,
+    /// The solve just went on from a checkpoint.
+    pub resumed: bool,
 }
 
 /// Why pass 1 failed.
@@ -369,5 +374,20 @@ pub fn probe(
     caster: &mut dyn RayCaster,
     points: &[ProbePoint],
 ) -> Result<Vec<SplitIrradiance>, SolveError> {
-    probe::run(scene, mesh, solution, caster, points)
+    probe::run(scene, mesh, solution, caster, points, &mut |_| {})
+}
+
+/// As [`probe`], of many points: `progress` gets the share of them that is done.
+///
+/// # Errors
+/// When the caster fails.
+pub fn probe_many(
+    scene: &Scene,
+    mesh: &Mesh,
+    solution: &Solution,
+    caster: &mut dyn RayCaster,
+    points: &[ProbePoint],
+    progress: &mut dyn FnMut(f64),
+) -> Result<Vec<SplitIrradiance>, SolveError> {
+    probe::run(scene, mesh, solution, caster, points, progress)
 }

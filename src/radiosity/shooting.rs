@@ -15,16 +15,16 @@
 
 use rayon::prelude::*;
 
-use super::form_factors::{Aim, FormFactors, Row, StrayShares};
 use super::checkpoint::Checkpoint;
+use super::form_factors::{Aim, FormFactors, Row, StrayShares};
 use super::light_shots::{self, LightShot};
-use super::{Start, UnshotRadiosity, diagnostics, relight};
 use super::receivers::Receivers;
 use super::row::ROW_BLOCK;
 use super::rows::RowStore;
 use super::state::{State, magnitude};
 use super::stochastic::{self, Stochastic};
 use super::{FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
+use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
 use crate::raycast::{CastError, RayCaster};
 use crate::scene::{Light, Scene};
@@ -58,10 +58,15 @@ pub(super) fn run(
     mut checkpoint: Option<&mut Checkpoint>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    let mut solver = Solver::new(scene, mesh, options, caster.surface_offset_m());
-    let resumed = checkpoint.as_mut().map_or(Ok(None), |c| c.resume(scene, mesh, options, start))?;
+    let offset_m = caster.surface_offset_m();
+    let mut solver = Solver::new(scene, mesh, options, offset_m);
+    let resumed =
+        checkpoint.as_mut().map_or(Ok(None), |c| c.resume(scene, mesh, options, start, offset_m))?;
     let mut state = match (resumed, start) {
-        (Some(state), _) => state,
+        (Some(state), _) => {
+            progress(SolveProgress { resumed: true, ..solver.progress(&state) });
+            state
+        }
         (None, Start::Anew) => solver.begin(caster)?,
         (None, Start::From(stored)) => relight::begin(&mut solver, stored, caster)?,
     };
@@ -180,7 +185,13 @@ impl<'a> Solver<'a> {
             None => (SolvePhase::Shots, state.unshot_power_w()),
             Some(s) => (SolvePhase::Stochastic { done: s.done_share() }, s.unshot_power_w()),
         };
-        SolveProgress { phase, n_shots: state.n_shots, n_rays: state.n_rays, unshot_share: share(unshot_w) }
+        SolveProgress {
+            phase,
+            n_shots: state.n_shots,
+            n_rays: state.n_rays,
+            unshot_share: share(unshot_w),
+            resumed: false,
+        }
     }
 
     /// True when the next shot would be by a patch without a row and there have been enough of those: past
@@ -396,6 +407,7 @@ impl<'a> Solver<'a> {
             error_estimate: relight::combined(state.earlier_error, error),
             shooters: state.known.iter().map(|(patch, known)| known.record(*patch)).collect(),
             earlier: state.earlier,
+            exact: false,
         })
     }
 }

@@ -102,7 +102,10 @@ impl Geometry {
         } else if counts(self) != counts(now) {
             Some(format!("{}, the scene has {}", counts(self), counts(now)))
         } else {
-            Some(format!("the positions of its vertices (hash {:016x}, the scene has {:016x})", self.hash, now.hash))
+            Some(format!(
+                "the positions of its vertices (hash {:016x}, the scene has {:016x})",
+                self.hash, now.hash
+            ))
         }
     }
 }
@@ -118,6 +121,7 @@ struct Facts {
     reciprocity: ReciprocityError,
     error_estimate: Option<ErrorEstimate>,
     earlier: Option<EarlierWork>,
+    exact: bool,
 }
 
 /// Writes a solution, replacing the file atomically.
@@ -168,6 +172,7 @@ fn body_of(geometry: &Geometry, lighting: &Lighting, options: &SolveOptions, sol
         reciprocity: solution.reciprocity,
         error_estimate: solution.error_estimate.clone(),
         earlier: solution.earlier,
+        exact: solution.exact,
     };
     let mut body = Vec::new();
     put_section(&mut body, *b"GEOM", geometry);
@@ -230,6 +235,7 @@ fn decode(path: &Path, body: &[u8]) -> Result<(Geometry, Stored), FramedFileErro
         unshot,
         shooters,
         earlier: facts.earlier,
+        exact: facts.exact,
     };
     Ok((geometry, Stored { solution, options, lighting }))
 }

@@ -11,10 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use super::SplitIrradiance;
 use super::form_factors::StrayShares;
 use super::stochastic::StochasticState;
 use super::{EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, ShooterRecord};
-use super::SplitIrradiance;
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::units::Rgb;

@@ -3,6 +3,7 @@
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
 
+use super::keep::CheckpointArgs;
 use crate::scene::MAX_ELEMENTS;
 
 /// Widest and highest picture.
@@ -62,6 +63,9 @@ pub struct CastArgs {
     /// How pass 1 is run.
     #[command(flatten)]
     pub pass_1: PassOneArgs,
+    /// Where its state is kept.
+    #[command(flatten)]
+    pub keep: CheckpointArgs,
 }
 
 /// Size and sampling of a picture.

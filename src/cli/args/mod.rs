@@ -3,6 +3,8 @@
 use clap::{Parser, Subcommand};
 
 mod common;
+mod false_colour;
+mod keep;
 mod make;
 mod probe;
 mod render;
@@ -11,6 +13,8 @@ mod simulate;
 mod verify;
 
 pub use common::{CastArgs, CasterArg, FormFactorsArg, PassOneArgs, PictureArgs};
+pub use false_colour::{ColourMapArg, Range, ScaleArgs, ScaleKindArg};
+pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
 pub use render::{ReconstructArg, RenderArgs, SolveArgs};
