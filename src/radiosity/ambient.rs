@@ -46,3 +46,55 @@ pub fn added(solution: &Solution, ambient: Rgb) -> Solution {
     }
     shown
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::radiosity::tests::{grey, lit_cube, room, scene};
+    use crate::radiosity::{SolveOptions, solve};
+    use crate::raycast::software::SoftwareCaster;
+    use glam::DVec3;
+
+    fn after(scene: &Scene, max_shots: usize) -> (Mesh, Solution) {
+        let mesh = Mesh::build(scene);
+        let mut caster = SoftwareCaster::new(mesh.cast_patches());
+        let options = SolveOptions { max_shots, unshot_share: 1e-6, ..SolveOptions::default() };
+        let solution = solve(scene, &mesh, &mut caster, &options, &mut |_| {}).unwrap();
+        (mesh, solution)
+    }
+
+    fn mean_irradiance(mesh: &Mesh, solution: &Solution) -> f64 {
+        let pairs = mesh.elements.iter().zip(&solution.element_irradiance);
+        pairs.map(|(el, e)| e.total().0[1] * el.area_m2).sum::<f64>() / mesh.total_area_m2()
+    }
+
+    /// In a closed room of one reflectance all power that is left arrives 1 / (1 - rho) times, wherever.
+    #[test]
+    fn ambient_term_of_a_furnace_is_what_is_missing_at_any_shot() {
+        let furnace = scene(vec![grey("half", 0.6)], room(DVec3::new(1.0, 2.0, 1.5), 0.4), vec![], 300);
+        for n_shots in [0, 1, 5, 50, 500] {
+            let (mesh, solution) = after(&furnace, n_shots);
+            let unshot = mesh.patches.iter().zip(&solution.unshot);
+            let to_come: f64 =
+                unshot.map(|(p, u)| u.emitted.0[1] * p.area_m2).sum::<f64>() / mesh.total_area_m2();
+            let ambient = irradiance(&furnace, &mesh, &solution).0[1];
+            let sum = mean_irradiance(&mesh, &solution) + to_come + ambient;
+            assert!((sum - 1.0).abs() < 2e-3, "{n_shots} shots: {sum}");
+        }
+    }
+
+    #[test]
+    fn ambient_term_of_few_shots_brings_pictures_nearer_and_touches_no_account() {
+        let cube = lit_cube(0.8, 300);
+        let (mesh, converged) = after(&cube, 1_000_000);
+        let (_, early) = after(&cube, 30);
+        let shown = added(&early, irradiance(&cube, &mesh, &early));
+        let error = |s: &Solution| {
+            let pairs = s.element_irradiance.iter().zip(&converged.element_irradiance);
+            pairs.map(|(a, b)| (a.total().0[1] - b.total().0[1]).powi(2)).sum::<f64>().sqrt()
+        };
+        assert!(error(&shown) < 0.5 * error(&early), "{} {}", error(&shown), error(&early));
+        assert_eq!(shown.account, early.account);
+        assert!(irradiance(&cube, &mesh, &converged).0[1] < 1e-5 * mean_irradiance(&mesh, &converged));
+    }
+}

@@ -69,3 +69,37 @@ pub(super) fn reciprocity(mesh: &Mesh, rows: &[(PatchId, &Row)]) -> ReciprocityE
     error.rms = if weights > 0.0 { (squares / weights).sqrt() } else { 0.0 };
     error
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::radiosity::row::SparseRow;
+    use crate::radiosity::tests::{grey, room, scene};
+    use glam::DVec3;
+
+    #[test]
+    fn reciprocity_of_rows_by_hand_is_the_weighted_difference_of_their_exchanges() {
+        let mesh = Mesh::build(&scene(vec![grey("half", 0.5)], room(DVec3::ONE, 0.0), vec![], 24));
+        let row = |to: usize, factor: f32| {
+            let mut dense = vec![0.0; mesh.elements.len()];
+            for e in mesh.patches[to].elements.clone() {
+                dense[e as usize] = factor;
+            }
+            Row { elements: SparseRow::pack(&dense), vertices: SparseRow::pack(&[]) }
+        };
+        // Patches of equal area A: they exchange 0.2 A one way and 0.25 A the other.
+        let (a, b) = (row(1, 0.25), row(0, 0.2));
+        let error = reciprocity(&mesh, &[(PatchId(0), &a), (PatchId(1), &b)]);
+        let expected = 0.05 / 0.225;
+        assert_eq!(error.n_pairs, 1);
+        assert!(
+            (error.rms / expected - 1.0).abs() < 1e-6 && (error.max / expected - 1.0).abs() < 1e-6,
+            "{error:?}"
+        );
+        // One side that sees nothing: the largest difference that there can be, twice the mean.
+        let blind = row(0, 0.0);
+        let error = reciprocity(&mesh, &[(PatchId(0), &a), (PatchId(1), &blind)]);
+        assert!((error.rms - 2.0).abs() < 1e-6, "{error:?}");
+        assert_eq!(reciprocity(&mesh, &[(PatchId(0), &a)]), ReciprocityError::default());
+    }
+}

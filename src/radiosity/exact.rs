@@ -111,3 +111,7 @@ fn radiosities(
     }
     Ok((0..n).map(|i| Rgb([solved[0][i], solved[1][i], solved[2][i]])).collect())
 }
+
+#[cfg(test)]
+#[path = "exact_tests.rs"]
+mod tests;
