@@ -15,6 +15,7 @@ use crate::raycast::{CastError, RayCaster};
 use crate::scene::Scene;
 use crate::units::Rgb;
 
+mod emitters;
 mod form_factors;
 pub mod kernel;
 mod light_shots;

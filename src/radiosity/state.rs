@@ -59,9 +59,11 @@ pub(super) struct State {
     pub account: EnergyAccount,
     pub n_shots: usize,
     pub n_rays: u64,
-    /// The record of every shooter, by patch.
+    /// The record of every shooter, by patch; parts of emitting surfaces count on from the last patch.
     pub known: BTreeMap<u32, Known>,
     pub kept: KeptRows,
+    /// Parts of emitting surfaces that have shot.
+    pub n_emitters: u32,
     /// Once kernel shots are over.
     pub stochastic: Option<StochasticState>,
 }
@@ -82,6 +84,7 @@ impl State {
             n_rays: 0,
             known: BTreeMap::new(),
             kept: KeptRows::default(),
+            n_emitters: 0,
             stochastic: None,
         }
     }
