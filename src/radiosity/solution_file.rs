@@ -216,9 +216,6 @@ fn decode(path: &Path, body: &[u8]) -> Result<(Geometry, Stored), FramedFileErro
     if let Some(i) = unshot.iter().position(|u| !(u.emitted.is_finite() && u.reflected.is_finite())) {
         return fault(format!("entry {i} of REST is no finite radiosity"));
     }
-    if let Some(s) = shooters.iter().find(|s| u64::from(s.patch) >= geometry.n_patches) {
-        return fault(format!("patch {} in SHOT, there are {}", s.patch, geometry.n_patches));
-    }
     if let Some(what) = lighting.fault() {
         return fault(what);
     }
