@@ -21,6 +21,7 @@ mod light_shots;
 pub mod lights;
 mod probe;
 mod receivers;
+pub mod refine;
 mod row;
 mod shooting;
 pub mod solution_file;
