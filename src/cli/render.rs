@@ -25,7 +25,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
         &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
-    let picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
+    let mut picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
+    picture.ambient = args.ambient;
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
     let mut frame = frame::render_frame(&args.scene, &options, &picture, &mut |p| bars.show(p))?;
@@ -38,11 +39,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
         files.stage(path, report::to_json(&report));
     }
     files.commit()?;
-    Ok(Outcome {
-        text: report::terminal::render_summary(&report),
-        warnings: report.warnings,
-        check_failed: false,
-    })
+    let text = report::terminal::render_summary(&report);
+    let mut warnings = report.warnings;
+    warnings.extend(plan::finish_pass_1(&options));
+    Ok(Outcome { text, warnings, check_failed: false })
 }
 
 /// Camera rays of a picture.
@@ -86,6 +86,7 @@ fn document(
         caster: frame.caster,
         options: picture,
         pictures,
+        ambient_w_m2: frame.ambient,
         mean_luminance: frame.rendering.film.mean_luminance(),
         n_camera_rays: frame.rendering.n_camera_rays,
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
@@ -94,7 +95,8 @@ fn document(
             frame.solve_options,
             loaded_from(&options.pass_1),
             summarise(&frame.scene, &frame.mesh, &frame.solution),
-        ),
+        )
+        .refined(frame.refinement.clone()),
         board: board_report(options, frame.board.as_ref(), &frame.links),
         timings: frame.timings.clone(),
         warnings: frame.warnings.clone(),
@@ -105,7 +107,7 @@ fn document(
 pub(super) fn loaded_from(pass_1: &PassOne) -> Option<std::path::PathBuf> {
     match pass_1 {
         PassOne::Load(path) => Some(path.clone()),
-        PassOne::Solve(_) => None,
+        PassOne::Solve(_) | PassOne::Planned(_) => None,
     }
 }
 

@@ -19,6 +19,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::kernel::Source;
 use super::receivers::Receivers;
@@ -58,7 +59,7 @@ impl Row {
 }
 
 /// Where the light of a shooter goes that reaches no element.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct StrayShares {
     /// Out through openings.
     pub lost: f64,
@@ -97,7 +98,7 @@ impl FormFactors<'_> {
         caster: &mut dyn RayCaster,
     ) -> Result<Vec<(Row, u64)>, CastError> {
         let plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
-        let bundles: Vec<Vec<RayBundle>> = plans.iter().map(|plan| self.bundles(plan)).collect();
+        let mut bundles: Vec<Vec<RayBundle>> = plans.par_iter().map(|plan| self.bundles(plan)).collect();
         // Receivers block by block, in each block shooter by shooter: neighbouring bundles meet the same patches, and a
         // cluster of the board that is given a range of them keeps to a part of the scene.
         let mut order: Vec<(usize, usize)> = Vec::new();
@@ -107,7 +108,9 @@ impl FormFactors<'_> {
                 order.extend((edge(block)..edge(block + 1)).map(|b| (p, b)));
             }
         }
-        let query: Vec<RayBundle> = order.iter().map(|&(p, b)| bundles[p][b].clone()).collect();
+        let nothing = RayBundle::Targets { apex: DVec3::ZERO, points: Vec::new() };
+        let take = |&(p, b): &(usize, usize)| std::mem::replace(&mut bundles[p][b], nothing.clone());
+        let query: Vec<RayBundle> = order.iter().map(take).collect();
         let answers = match query.is_empty() {
             true => Vec::new(),
             false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&query))?,
@@ -119,7 +122,7 @@ impl FormFactors<'_> {
             blocked[p].extend_from_slice(&answers[at..at + bundle.n_rays()]);
             at += bundle.n_rays();
         }
-        let rows = plans.iter().zip(&blocked);
+        let rows = plans.par_iter().zip(&blocked);
         Ok(rows.map(|(plan, blocked)| (self.row(plan, blocked), blocked.len() as u64)).collect())
     }
 

@@ -47,6 +47,8 @@ pub struct RenderOptions {
     pub reconstruct: Method,
     /// Seed of every sampling pattern.
     pub seed: u64,
+    /// Add the ambient term of what pass 1 left unshot; see `radiosity::ambient`.
+    pub ambient: bool,
 }
 
 impl Default for RenderOptions {
@@ -59,6 +61,7 @@ impl Default for RenderOptions {
             max_depth: 6,
             reconstruct: Method::Hermite,
             seed: 1,
+            ambient: false,
         }
     }
 }

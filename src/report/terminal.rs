@@ -4,6 +4,7 @@
 //! label     value, value, value
 //! ```
 
+use crate::radiosity::refine::RefineReport;
 use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
@@ -40,6 +41,14 @@ pub fn render_summary(r: &RenderReport) -> String {
             n = o.shadow_strata,
         ),
     );
+    if let Some(ambient) = r.ambient_w_m2 {
+        let e = si(ambient.sum() / 3.0, "W/m^2");
+        line(
+            &mut out,
+            "ambient",
+            format_args!("{e} (mean of r, g, b) added to the stored light, in no account"),
+        );
+    }
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
         block_kinds_table(&mut out, board);
@@ -180,7 +189,51 @@ pub(super) fn scene_line(out: &mut String, s: &SceneFacts) {
     );
 }
 
+fn refinement_lines(out: &mut String, r: &RefineReport) {
+    line(
+        out,
+        "mesh",
+        format_args!(
+            "refined: {} elements ({} for balance; uniform {}, at most {}), {} to decide; estimated error of \
+             interpolation {} (wanted {})",
+            r.n_elements,
+            r.n_for_balance,
+            r.n_uniform,
+            r.n_limit,
+            count(r.n_rays, "rays"),
+            percent(r.estimated_error),
+            percent(r.wanted_error),
+        ),
+    );
+    if r.n_cut_by_count + r.n_cut_by_depth > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "cut off: {} splits by the limit on elements, {} elements by the limit of {} splits inside each other",
+                r.n_cut_by_count, r.n_cut_by_depth, r.max_depth
+            ),
+        );
+    }
+    if r.lines.n_segments > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "shadow lines: {} segments on patches, {} element edges stand for them (C-1)",
+                r.lines.n_segments, r.lines.n_flagged_edges
+            ),
+        );
+    }
+    if r.lines.skipped {
+        line(out, "", format_args!("shadow lines: not looked for, too many edges and patches"));
+    }
+}
+
 fn pass_1_lines(out: &mut String, r: &PassOneReport) {
+    if let Some(refinement) = &r.refinement {
+        refinement_lines(out, refinement);
+    }
     let p = &r.pass_1;
     let from = p.loaded_from.as_ref().map(|f| format!(" (from {})", f.display())).unwrap_or_default();
     line(
@@ -195,6 +248,43 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
             percent(r.row_sum_error.max),
         ),
     );
+    if r.reciprocity.n_pairs > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "reciprocity error {} RMS, {} max over {}{}",
+                percent(r.reciprocity.rms),
+                percent(r.reciprocity.max),
+                count(r.reciprocity.n_pairs, "pairs of patches"),
+                if p.exact { "; exact: a dense linear solve" } else { "" },
+            ),
+        );
+    }
+    if let Some(earlier) = &p.earlier {
+        line(
+            out,
+            "",
+            format_args!(
+                "going on from {} with {}, {}",
+                count(u64::from(earlier.n_solves), "solves"),
+                count(earlier.n_shots, "shots"),
+                count(earlier.n_rays, "rays"),
+            ),
+        );
+    }
+    if let Some(error) = &p.error_estimate {
+        line(
+            out,
+            "bundles",
+            format_args!(
+                "{} in {} rounds shot the rest: standard error {} of the mean irradiance (RMS over the elements)",
+                count(error.n_rays, "rays"),
+                error.n_rounds,
+                percent(error.relative_rms),
+            ),
+        );
+    }
     let a = &r.account;
     let w = |rgb: crate::units::Rgb| si(rgb.sum(), "W");
     let emitted = a.emitted_w.sum();
