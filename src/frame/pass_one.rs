@@ -4,6 +4,7 @@
 //! PassOne::Solve --------------------> radiosity::solve
 //!          Planned: checkpoint, start -> radiosity::solve_on | solve_exactly
 //!          Load ---------------------> solution_file::load
+//! adaptive meshing: refine::refine before a solve; a solution's file brings its subdivision along
 //! ```
 
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 use super::{FrameError, Progress};
 use crate::mesh::Mesh;
 use crate::radiosity::checkpoint::Keeper;
+use crate::radiosity::refine::{self, RefineOptions, RefineReport};
 use crate::radiosity::{self, Solution, SolveOptions, Start, solution_file};
 use crate::raycast::RayCaster;
 use crate::report::Timings;
@@ -48,6 +50,46 @@ impl SolvePlan {
     pub fn new(options: SolveOptions) -> SolvePlan {
         SolvePlan { options, exact: false, continue_from: None, checkpoint: None, caster: String::new() }
     }
+}
+
+/// Pass 1 with the mesh that it came about on.
+pub(super) struct Passed {
+    pub(super) mesh: Mesh,
+    pub(super) solution: Solution,
+    pub(super) options: SolveOptions,
+    /// What was refined, where `mesh` was for this run.
+    pub(super) refinement: Option<RefineReport>,
+}
+
+/// Pass 1 on the patches of `mesh`: refined first where the scene wants it, or cut as the solution's file says.
+pub(super) fn pass_1_refined(
+    scene: &Scene,
+    mut mesh: Mesh,
+    caster: &mut dyn RayCaster,
+    how: &PassOne,
+    timings: &mut Timings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Passed, FrameError> {
+    let mut refinement = None;
+    let (file, options) = match how {
+        PassOne::Load(file) => (Some(file), None),
+        PassOne::Solve(options) => (None, Some(options)),
+        PassOne::Planned(plan) => (plan.continue_from.as_ref(), Some(&plan.options)),
+    };
+    if let Some(file) = file {
+        if let Some(remeshed) = timings.measure("mesh", || solution_file::remeshed(file, scene, &mesh))? {
+            mesh = remeshed;
+            refine::flag_shadow_lines(scene, &mut mesh, caster).map_err(radiosity::SolveError::from)?;
+        }
+    } else if let (Some(options), true) = (options, scene.meshing.adaptive) {
+        let progress = &mut |p| progress(Progress::Solve(p));
+        let refined = timings.measure("refinement", || {
+            refine::refine(scene, &mesh, caster, options, &RefineOptions::default(), progress)
+        })?;
+        (mesh, refinement) = (refined.0, Some(refined.1));
+    }
+    let (solution, options) = pass_1(scene, &mesh, caster, how, timings, progress)?;
+    Ok(Passed { mesh, solution, options, refinement })
 }
 
 pub(super) fn pass_1(

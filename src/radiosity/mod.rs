@@ -28,6 +28,7 @@ pub mod lighting;
 pub mod lights;
 mod probe;
 mod receivers;
+pub mod refine;
 mod relight;
 mod row;
 mod rows;
