@@ -294,9 +294,9 @@ impl<'a> Solver<'a> {
             state.n_emitters = n as u32;
             return Ok(false);
         };
+        let last = (first..n).find(|e| !unshot(e)).unwrap_or(n);
         self.need_receivers();
-        let last = (first + self.rows_per_query()).min(n);
-        let last = (first..last).find(|e| !unshot(e)).unwrap_or(last);
+        let last = (first + self.rows_per_query()).min(last);
         let shooters: Vec<ShooterId> = (first..last).map(|e| ShooterId::Emitter(e as u32)).collect();
         let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
         state.n_rays += n_rays;
