@@ -7,6 +7,7 @@
 use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
+use super::grid::picture_text;
 use super::si::{count, percent, share, si};
 use super::{
     CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport, SolveReport, Timings,
@@ -55,6 +56,10 @@ pub fn render_summary(r: &RenderReport) -> String {
             if i == 0 { "pictures" } else { "" },
             format_args!("{}  {how}", picture.path.display()),
         );
+    }
+    for (i, picture) in r.false_colour.iter().enumerate() {
+        let label = if i == 0 && r.pictures.is_empty() { "pictures" } else { "" };
+        line(&mut out, label, picture_text(picture));
     }
     time_line(&mut out, &r.timings);
     out

@@ -12,7 +12,7 @@ mod simulate;
 mod verify;
 
 pub use common::{CastArgs, CasterArg, PictureArgs};
-pub use false_colour::{ColourMapArg, Range, ScaleArgs, ScaleKindArg};
+pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
 pub use render::{ReconstructArg, RenderArgs, SolveArgs};
