@@ -5,7 +5,7 @@
 //! ```
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use super::si::vector;
 use super::terminal::{line, scene_line, time_line};
 use super::{SceneFacts, Timings};
 use crate::frame::GridProbed;
-use crate::image::false_colour::{ColourMap, Scale, ScaleKind};
+use crate::image::false_colour::{ColourMap, Quantity, Scale, ScaleKind};
 use crate::photometry::{GridPlace, GridSpec, GridSummary};
 use crate::units::Rgb;
 
@@ -97,6 +97,14 @@ pub struct ScaledPicture {
     pub scale: Scale,
     /// Its colours.
     pub colour_map: ColourMap,
+}
+
+impl ScaledPicture {
+    /// A picture of `quantity` in the file `path`.
+    pub fn new(path: &Path, quantity: Quantity, scale: Scale, colour_map: ColourMap) -> ScaledPicture {
+        let (quantity, unit) = (quantity.name(), quantity.unit());
+        ScaledPicture { path: path.to_owned(), quantity, unit, scale, colour_map }
+    }
 }
 
 impl GridReport {
