@@ -20,6 +20,7 @@ pub mod checkpoint;
 mod diagnostics;
 #[cfg(feature = "exact")]
 mod exact;
+mod emitters;
 mod form_factors;
 pub mod kernel;
 mod light_shots;

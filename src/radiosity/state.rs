@@ -78,7 +78,7 @@ pub(super) struct State {
     pub account: EnergyAccount,
     pub n_shots: usize,
     pub n_rays: u64,
-    /// The record of every shooter, by patch.
+    /// The record of every shooter, by patch; parts of emitting surfaces count on from the last patch.
     pub known: BTreeMap<u32, Known>,
     pub kept: KeptRows,
     /// Measured when the rows are given up.
@@ -86,6 +86,8 @@ pub(super) struct State {
     /// The solves that this one goes on from, and the error that they had.
     pub earlier: Option<EarlierWork>,
     pub earlier_error: Option<ErrorEstimate>,
+    /// Parts of emitting surfaces that have shot.
+    pub n_emitters: u32,
     /// Once kernel shots are over.
     pub stochastic: Option<StochasticState>,
 }
@@ -110,6 +112,7 @@ impl State {
             reciprocity: None,
             earlier: None,
             earlier_error: None,
+            n_emitters: 0,
             stochastic: None,
         }
     }
@@ -121,7 +124,7 @@ impl State {
         of_patches == [mesh.patches.len(); 4]
             && self.elements.len() == mesh.elements.len()
             && self.vertices.len() == mesh.vertices.len()
-            && self.known.keys().all(|p| (*p as usize) < mesh.patches.len())
+            && self.known.keys().all(|p| (*p as usize) < mesh.patches.len() + self.n_emitters as usize)
             && self.kept.patches.iter().all(|p| (*p as usize) < mesh.patches.len())
     }
 
