@@ -13,6 +13,7 @@ use rtl_model::spec::{BoardSpec, SpecError};
 use crate::raycast::CastError;
 use crate::scene::SceneError;
 
+pub mod adaptive;
 mod amdahl;
 mod balance;
 mod descriptors;

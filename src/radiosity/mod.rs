@@ -29,6 +29,7 @@ pub mod lights;
 mod probe;
 mod receivers;
 mod relight;
+pub mod refine;
 mod row;
 mod rows;
 mod shooting;
