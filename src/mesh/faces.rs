@@ -13,9 +13,10 @@
 use std::collections::HashMap;
 
 use super::plan::n_patches_along;
+use super::tessellate::Tessellation;
 use super::{Corners, VertexId};
 use crate::geom::DVec3;
-use crate::scene::FaceSet;
+use crate::scene::{FaceSet, MeshTarget};
 
 /// Patches from which a triangle's number is estimated, not counted: it will be refused or made coarser.
 const MANY: u64 = 1 << 24;
@@ -25,63 +26,86 @@ const MANY: u64 = 1 << 24;
 pub(super) struct FaceGrid {
     /// Patches along edge e of face f: `counts[4 f + e]`; empty when all are 1.
     pub(super) counts: Vec<u32>,
-    /// Edges shorter than this need one element (m).
+    /// Wanted size of an element (m).
     pub(super) size_m: f64,
+    /// What an element must not be larger than.
+    target: MeshTarget,
     /// Patches in all.
     pub(super) n_patches: u64,
+    /// Elements in all.
+    pub(super) n_elements: u64,
 }
 
 impl FaceGrid {
-    /// The grid of these counts, with its number of patches.
-    pub(super) fn new(set: &FaceSet, counts: Vec<u32>, size_m: f64) -> FaceGrid {
-        let n_patches = if counts.is_empty() {
-            set.n_faces() as u64
-        } else {
-            let mut n = 0_u64;
-            for (face, counts) in set.faces().zip(counts.chunks_exact(4)) {
-                let n_along = |e: usize| u64::from(counts[e]);
-                n = n.saturating_add(match *face {
-                    [_, _, _, _] => n_along(0) * n_along(1),
-                    _ if counts[0] == counts[1] && counts[1] == counts[2] => n_along(0) * n_along(0),
-                    _ => {
-                        let mut sorted = [n_along(0), n_along(1), n_along(2)];
-                        sorted.sort_unstable();
-                        let about = sorted[1].saturating_mul(sorted[2]);
-                        if about > MANY { about } else { count(set, face, counts, size_m) }
-                    }
-                });
+    /// The grid of these counts, with its number of patches and elements.
+    pub(super) fn new(set: &FaceSet, counts: Vec<u32>, target: MeshTarget, size_m: f64) -> FaceGrid {
+        let mut grid = FaceGrid { counts, size_m, target, n_patches: 0, n_elements: 0 };
+        for (f, face) in set.faces().enumerate() {
+            let n = match grid.counts.get(4 * f..4 * f + 4) {
+                Some(counts) => n_patches_of(set, face, counts, size_m),
+                None => 1,
+            };
+            grid.n_patches = grid.n_patches.saturating_add(n);
+            let per_patch = if n == 1 && grid.stays_whole(set, face) { 1 } else { 4 };
+            grid.n_elements = grid.n_elements.saturating_add(n.saturating_mul(per_patch));
+        }
+        grid
+    }
+
+    /// Whether a face that is one patch is one element too: no larger than two wanted elements, or no edge too long.
+    fn stays_whole(&self, set: &FaceSet, face: &[u32]) -> bool {
+        let p = |k: usize| set.points()[face[k % face.len()] as usize];
+        match self.target {
+            MeshTarget::MaxElementM(size_m) => {
+                (0..face.len()).all(|e| p(e).distance(p(e + 1)) <= size_m * (1.0 + 1e-9))
             }
-            n
-        };
-        FaceGrid { counts, size_m, n_patches }
+            MeshTarget::Elements(_) => {
+                // Of a triangle the fourth corner is the first again.
+                let area = 0.5 * (p(2) - p(0)).cross(p(3) - p(1)).length();
+                area <= 2.0 * self.size_m * self.size_m
+            }
+        }
+    }
+}
+
+fn n_patches_of(set: &FaceSet, face: &[u32], counts: &[u32], size_m: f64) -> u64 {
+    let n_along = |e: usize| u64::from(counts[e]);
+    match *face {
+        [_, _, _, _] => n_along(0) * n_along(1),
+        _ if counts[0] == counts[1] && counts[1] == counts[2] => n_along(0) * n_along(0),
+        _ => {
+            let mut sorted = [n_along(0), n_along(1), n_along(2)];
+            sorted.sort_unstable();
+            let about = sorted[1].saturating_mul(sorted[2]);
+            if about > MANY { about } else { count(set, face, counts, size_m) }
+        }
     }
 }
 
 /// Corner points (m) and patches of a face set.
-pub(super) fn cut(set: &FaceSet, grid: &FaceGrid) -> (Vec<DVec3>, Vec<Corners>) {
+pub(super) fn cut(set: &FaceSet, grid: &FaceGrid) -> Tessellation {
     let mut cut = Cut { points: set.points().to_vec(), patches: Vec::with_capacity(grid.n_patches as usize) };
-    if grid.counts.is_empty() {
-        cut.patches.extend(set.faces().map(of_ids));
-        return (cut.points, cut.patches);
-    }
+    let mut whole = Vec::with_capacity(grid.n_patches as usize);
     let mut edges = HashMap::new();
-    for (face, counts) in set.faces().zip(grid.counts.chunks_exact(4)) {
-        if counts[..face.len()].iter().all(|&n| n == 1) {
-            cut.patches.push(of_ids(face));
-            continue;
-        }
+    for (f, face) in set.faces().enumerate() {
         let n = face.len();
-        let side = |e: usize, cut: &mut Cut| cut.edge(&mut edges, face[e], face[(e + 1) % n], counts[e]);
-        let mut side = side;
+        let counts = grid.counts.get(4 * f..4 * f + 4).filter(|counts| counts[..n].iter().any(|&n| n > 1));
+        let Some(counts) = counts else {
+            cut.patches.push(of_ids(face));
+            whole.push(grid.stays_whole(set, face));
+            continue;
+        };
+        let mut side = |e: usize| cut.edge(&mut edges, face[e], face[(e + 1) % n], counts[e]);
         if n == 4 {
-            let sides = [side(0, &mut cut), side(1, &mut cut), side(2, &mut cut), side(3, &mut cut)];
+            let sides = [side(0), side(1), side(2), side(3)];
             quad(&mut cut, sides);
         } else {
-            let sides = [side(0, &mut cut), side(1, &mut cut), side(2, &mut cut)];
+            let sides = [side(0), side(1), side(2)];
             triangle(&mut cut, sides, grid.size_m);
         }
+        whole.resize(cut.patches.len(), false);
     }
-    (cut.points, cut.patches)
+    Tessellation { points: cut.points, patches: cut.patches, whole }
 }
 
 fn of_ids(face: &[u32]) -> Corners {

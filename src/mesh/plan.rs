@@ -56,12 +56,20 @@ impl Grid {
             Grid::Faces(ref grid) => grid.n_patches,
         }
     }
+
+    /// Elements of one side: 2 x 2 a patch, one where a patch stays whole (`Tessellation::whole`).
+    pub(super) fn n_elements(&self) -> u64 {
+        match self {
+            Grid::Faces(grid) => grid.n_elements,
+            _ => self.n_patches().saturating_mul(4),
+        }
+    }
 }
 
 /// Elements that a list of grids makes, backs included.
 pub(super) fn n_elements(scene: &Scene, grids: &[Grid]) -> u64 {
     let of = |(surface, grid): (&Surface, &Grid)| {
-        grid.n_patches().saturating_mul(if surface.two_sided { 8 } else { 4 })
+        grid.n_elements().saturating_mul(if surface.two_sided { 2 } else { 1 })
     };
     scene.surfaces.iter().zip(grids).map(of).fold(0, u64::saturating_add)
 }
@@ -130,7 +138,8 @@ fn grids(scene: &Scene, size_m: f64) -> Vec<Grid> {
         Shape::Faces(ref set) => {
             let start = first_class;
             first_class += n_face_classes(set, cut);
-            Grid::Faces(FaceGrid::new(set, face_counts(set, &counts[start..first_class]), size_m))
+            let counts = face_counts(set, &counts[start..first_class]);
+            Grid::Faces(FaceGrid::new(set, counts, scene.meshing.target, size_m))
         }
         Shape::Quad(_) => Grid::Quad { s: counts[2 * i], t: counts[2 * i + 1] },
         Shape::Triangle(_) => Grid::Triangle { n: counts[2 * i] },

@@ -5,7 +5,7 @@
 //!       --> F = kernel x share, mean over the quadrature points of an element --> Row
 //! patch --cosine-distributed rays--> share lost through openings, share on backs
 //! ```
-//! Source points: one a stratum (element) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
+//! Source points: one a stratum (quarter) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
 //! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and a
 //! vertex takes the mean share of its elements, all at one stratum of the shooter, or, where its strata see different
 //! things (half of it under a block), 64 neighbouring elements at the same one. Dense: each quadrature point looks at
@@ -24,7 +24,7 @@ use super::kernel::Source;
 use super::receivers::Receivers;
 use super::row::SparseRow;
 use crate::geom::{Ray, tangent_frame};
-use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint, VertexId};
+use crate::mesh::{Corners, ElementId, Mesh, PatchId, VertexId};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
 use crate::sampling::{hash, unit_pair};
 
@@ -361,13 +361,11 @@ impl Shooter {
         let corners = mesh.polygon(&patch.corners);
         let mut points = [DVec3::ZERO; N_STRATA];
         let mut apexes = points;
-        let n_elements = patch.elements.len() as u32;
         for k in 0..N_STRATA {
-            let element = ElementId(patch.elements.start + k as u32 % n_elements.max(1));
             let jitter = unit_pair(hash(seed, u64::from(id.0), 1 << 40 | k as u64))
                 .map(|u| STRATUM_MARGIN + (1.0 - 2.0 * STRATUM_MARGIN) * u);
-            points[k] = mesh.position(SurfacePoint { element, st: inside(mesh, element, jitter) });
-            apexes[k] = points[k] + offset_m * mesh.elements[element.0 as usize].normal;
+            points[k] = mesh.quarter_position(id, k as u32, folded(&patch.corners, jitter));
+            apexes[k] = points[k] + offset_m * patch.normal;
         }
         Shooter {
             patch: id,
@@ -402,8 +400,12 @@ impl Shooter {
 }
 
 /// Local coordinates of a uniform sample in an element; a triangle folds the square.
-pub(super) fn inside(mesh: &Mesh, element: ElementId, [s, t]: [f64; 2]) -> DVec2 {
-    match mesh.elements[element.0 as usize].corners {
+pub(super) fn inside(mesh: &Mesh, element: ElementId, st: [f64; 2]) -> DVec2 {
+    folded(&mesh.elements[element.0 as usize].corners, st)
+}
+
+fn folded(corners: &Corners, [s, t]: [f64; 2]) -> DVec2 {
+    match corners {
         Corners::Triangle(_) if s + t > 1.0 => DVec2::new(1.0 - s, 1.0 - t),
         _ => DVec2::new(s, t),
     }
