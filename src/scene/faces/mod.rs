@@ -17,7 +17,7 @@ mod join;
 mod polygon;
 mod smooth;
 
-pub(crate) use build::{Faults, RawFaces, Shading};
+pub(crate) use build::{Faults, RawFaces};
 
 /// Most faces that one scene may import, after polygons are cut into triangles and quads.
 pub const MAX_FACES: usize = 4_000_000;

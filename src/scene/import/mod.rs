@@ -23,7 +23,7 @@ mod standalone;
 mod texture;
 
 pub(super) use files::inside;
-pub(super) use place::{Placement, Target};
+pub(super) use place::{Names, Placement, Target, unique};
 pub(super) use standalone::load as load_standalone;
 
 /// Largest model file, buffer or material library (bytes).
@@ -106,11 +106,11 @@ pub(super) fn is_model(path: &Path) -> bool {
     Format::of(path).is_some()
 }
 
-/// Reads a model file; what it refers to must lie in `folder`.
-pub(super) fn load(path: &Path, folder: &Path) -> Result<Model, SceneError> {
+/// Reads a model file; what it refers to must lie in `folder`. `undressed`: its materials are not wanted.
+pub(super) fn load(path: &Path, folder: &Path, undressed: bool) -> Result<Model, SceneError> {
     let model = match Format::of(path) {
-        Some(Format::Obj) => obj::load(path, folder),
-        Some(Format::Gltf | Format::Glb) => gltf::load(path, folder),
+        Some(Format::Obj) => obj::load(path, folder, undressed),
+        Some(Format::Gltf | Format::Glb) => gltf::load(path, folder, undressed),
         None => Err(SceneError::of_file(path, "expected a model file: .obj, .gltf or .glb")),
     }?;
     if model.objects.is_empty() {
@@ -202,7 +202,7 @@ fn shown(name: &str) -> String {
 }
 
 /// The file's stem: what objects without a name are called.
-fn stem(path: &Path) -> String {
+pub(super) fn stem(path: &Path) -> String {
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     if stem.is_empty() { "model".to_owned() } else { shown(&stem) }
 }

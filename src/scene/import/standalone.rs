@@ -12,7 +12,6 @@ use glam::DVec3;
 use super::super::{Camera, Light, MaterialId, Meshing, Scene, SceneError, Shape};
 use super::place::{Names, Placement, Target};
 use crate::geom::Aabb;
-use crate::report::si::vector;
 use crate::units::Rgb;
 
 /// Vertical field of view of an added camera (degrees).
@@ -25,7 +24,7 @@ const VIEW: DVec3 = DVec3::new(0.55, 0.45, 1.0);
 const SUN_W_M2: f64 = 10.0;
 
 pub(in crate::scene) fn load(path: &Path) -> Result<Scene, SceneError> {
-    let mut model = super::load(path, &super::folder_of(path))?;
+    let mut model = super::load(path, &super::folder_of(path), false)?;
     let (mut surfaces, mut warnings) = (Vec::new(), Vec::new());
     let (mut names, mut n_faces) = (Names::new(), 0);
     let exitances: Vec<Rgb> = model.materials.iter().map(|m| m.exitance).collect();
@@ -53,8 +52,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene, SceneError> {
         scene.warnings.push(format!(
             "{}: no camera in the file: one stands {inside} the model at ({}) m, looks at ({}) m",
             path.display(),
-            vector(camera.eye),
-            vector(camera.target)
+            at(camera.eye),
+            at(camera.target)
         ));
         scene.camera = Some(camera);
     }
@@ -153,4 +152,9 @@ impl Extent {
         };
         vec![sun(view + 0.9 * right - 1.1 * up, 1.0), sun(view - 0.9 * right - 0.1 * up, 0.25)]
     }
+}
+
+/// A place for a message, to four digits or so.
+fn at(p: DVec3) -> String {
+    p.to_array().map(|c| format!("{c:.4}").trim_end_matches('0').trim_end_matches('.').to_owned()).join(", ")
 }

@@ -46,6 +46,11 @@ pub(super) fn all(file: &File<'_>, notes: &mut Notes) -> Result<Vec<ModelMateria
     Ok(list)
 }
 
+/// As many materials as the file has, none of them read.
+pub(super) fn none(file: &File<'_>) -> Vec<ModelMaterial> {
+    vec![super::default_material(); file.root.materials.len()]
+}
+
 /// Materials that a mesh has: what nobody sees is not refused.
 fn used(file: &File<'_>) -> Vec<bool> {
     let mut used = vec![false; file.root.materials.len()];

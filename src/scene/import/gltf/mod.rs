@@ -47,7 +47,7 @@ const KNOWN: [&str; 16] = [
     "EXT_texture_webp",
 ];
 
-pub(super) fn load(path: &Path, folder: &Path) -> Result<Model, SceneError> {
+pub(super) fn load(path: &Path, folder: &Path, undressed: bool) -> Result<Model, SceneError> {
     let container::Container { root, json_text, bin } = container::open(path)?;
     check(path, &root)?;
     let buffers = container::buffers(path, folder, &root, bin)?;
@@ -60,7 +60,8 @@ pub(super) fn load(path: &Path, folder: &Path) -> Result<Model, SceneError> {
         notes.add("animation and skins are not read: the rest pose is shown", &stem(path));
     }
     let file = File { path, folder, root: &root, buffers: &buffers };
-    let mut model = Model { materials: material::all(&file, &mut notes)?, ..Model::default() };
+    let materials = if undressed { material::none(&file) } else { material::all(&file, &mut notes)? };
+    let mut model = Model { materials, ..Model::default() };
     let default = model.materials.len();
     model.materials.push(default_material());
     let mut n_triangles = 0;

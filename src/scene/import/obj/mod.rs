@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::super::SceneError;
 use super::super::faces::RawFaces;
-use super::{Model, Notes, Object, default_material, files, place, shown};
+use super::{Model, Notes, Object, default_material, files, shown};
 use crate::scene::MAX_FACES;
 
 mod clean;
@@ -25,7 +25,7 @@ mod mtl;
 /// A polygon without normals in a file that has some.
 const NO_NORMAL: u32 = u32::MAX;
 
-pub(super) fn load(path: &Path, folder: &Path) -> Result<Model, SceneError> {
+pub(super) fn load(path: &Path, folder: &Path, undressed: bool) -> Result<Model, SceneError> {
     let bytes = files::read(path, "a model file")?;
     let text = String::from_utf8_lossy(&bytes);
     let clean = clean::obj(path, &text, MAX_FACES)?;
@@ -35,7 +35,7 @@ pub(super) fn load(path: &Path, folder: &Path) -> Result<Model, SceneError> {
     for what in &clean.left_out {
         notes.add("left out, only faces are read", what);
     }
-    let libraries = RefCell::new(mtl::Libraries::new(folder));
+    let libraries = RefCell::new(mtl::Libraries::new(folder, undressed));
     let load_library = |name: &Path| libraries.borrow_mut().load(path, name);
     let options = tobj::LoadOptions::default();
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(clean.text.as_bytes()), &options, load_library)
@@ -49,7 +49,9 @@ pub(super) fn load(path: &Path, folder: &Path) -> Result<Model, SceneError> {
     model.materials.push(default_material());
     collect(&mut model, models, &clean, default);
     let n_plain = model.objects.iter().filter(|o| o.material == default).count();
-    if n_plain > 0 && default > 0 {
+    if undressed {
+        // Whatever it lacks, it does not show.
+    } else if n_plain > 0 && default > 0 {
         notes.add(
             "objects without a material that exists are grey (reflectance 0.6)",
             &format!("{n_plain} objects"),

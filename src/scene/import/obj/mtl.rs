@@ -27,6 +27,8 @@ const MAX_EXITANCE: f64 = 1e12;
 /// The libraries of a model.
 pub(super) struct Libraries {
     folder: PathBuf,
+    /// Read for the names only.
+    undressed: bool,
     /// Each with the library that it stands in.
     materials: Vec<(tobj::Material, PathBuf)>,
     missing: Vec<String>,
@@ -34,8 +36,14 @@ pub(super) struct Libraries {
 }
 
 impl Libraries {
-    pub(super) fn new(folder: &Path) -> Libraries {
-        Libraries { folder: folder.to_owned(), materials: Vec::new(), missing: Vec::new(), fault: None }
+    pub(super) fn new(folder: &Path, undressed: bool) -> Libraries {
+        Libraries {
+            folder: folder.to_owned(),
+            undressed,
+            materials: Vec::new(),
+            missing: Vec::new(),
+            fault: None,
+        }
     }
 
     /// Loads `mtllib name`: a name with spaces, or several names.
@@ -85,6 +93,9 @@ impl Libraries {
     pub(super) fn finish(self, notes: &mut Notes) -> (Vec<ModelMaterial>, Option<SceneError>) {
         if self.fault.is_some() {
             return (Vec::new(), self.fault);
+        }
+        if self.undressed {
+            return (vec![super::default_material(); self.materials.len()], None);
         }
         for name in &self.missing {
             notes.add("no such material library", name);
