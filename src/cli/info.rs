@@ -229,6 +229,7 @@ fn surfaces_table(out: &mut String, scene: &Scene, mesh: &Mesh) {
             Shape::Disk { .. } => "disk",
             Shape::Sphere { .. } => "sphere",
             Shape::Cylinder { .. } => "cylinder",
+            Shape::Faces(_) => "faces",
         };
         let front = &mesh.patches[patches.front.start as usize..patches.front.end as usize];
         let area: f64 = front.iter().map(|p| p.area_m2).sum();

@@ -111,6 +111,15 @@ pub enum GridError {
         /// Lengths of the area (m).
         size_m: [f64; 2],
     },
+    /// A surface without coordinates of its own.
+    #[error(
+        "surface '{name}' is made of a model file's faces, which have no common (s,t): expected a plane grid (corner and \
+         edges), or a quad, triangle, disk, sphere or cylinder"
+    )]
+    Faces {
+        /// The surface.
+        name: String,
+    },
     /// A border where there is none.
     #[error("surface '{name}' is no quad: a border is left out of quads and planes only")]
     NoBorder {
@@ -249,6 +258,7 @@ fn on_surface(spec: &GridSpec, mesh: &Mesh, surface: &Surface, id: SurfaceId) ->
         })
     };
     match surface.shape {
+        Shape::Faces(_) => Err(GridError::Faces { name: surface.name.clone() }),
         Shape::Quad([a, b, c, d]) => {
             let mean = |x: DVec3, y: DVec3| 0.5 * (x.length() + y.length());
             let normal = (b - a).cross(c - a).normalize_or_zero();

@@ -7,6 +7,7 @@
 //! Format: version 1, described in scenes/README.md.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -14,10 +15,14 @@ use serde::{Deserialize, Serialize};
 use crate::units::Rgb;
 
 mod error;
+mod faces;
+mod import;
 mod shape;
 mod toml;
 
 pub use error::{Place, SceneError};
+pub use faces::{FaceCounts, FaceSet, MAX_FACES};
+pub use import::MAX_MODEL_BYTES;
 
 /// Index of a surface in [`Scene::surfaces`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -92,7 +97,7 @@ pub struct Surface {
 }
 
 /// Geometry of a surface (m).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Planar convex quadrilateral; front normal (v1 - v0) x (v2 - v0).
     Quad([DVec3; 4]),
@@ -127,6 +132,8 @@ pub enum Shape {
         /// The front is the inside.
         inward: bool,
     },
+    /// Many planar faces: a mesh from other software.
+    Faces(Arc<FaceSet>),
 }
 
 /// A light without area.
@@ -189,11 +196,14 @@ impl Default for Meshing {
 }
 
 impl Scene {
-    /// Reads and checks a scene file.
+    /// Reads and checks a scene file, or a model file (`.obj`, `.gltf`, `.glb`) as a scene of its own.
     ///
     /// # Errors
     /// Every fault of the file, with its place (file:line:column), the value, and what was expected.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        if self::import::is_model(path) {
+            return import::load_standalone(path);
+        }
         toml::load(path)
     }
 

@@ -1,0 +1,1 @@
+//! `[[mesh]]`: order of the transform, names, materials, faults.
