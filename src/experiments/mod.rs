@@ -10,6 +10,7 @@
 use rtl_model::board::BoardError;
 use rtl_model::spec::{BoardSpec, SpecError};
 
+use crate::radiosity::SolveError;
 use crate::raycast::CastError;
 use crate::scene::SceneError;
 
@@ -148,6 +149,9 @@ pub enum ExperimentError {
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// A solve.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// A specification.
     #[error(transparent)]
     Spec(#[from] SpecError),
