@@ -19,6 +19,7 @@ mod form_factors;
 pub mod kernel;
 mod light_shots;
 pub mod lights;
+pub mod memory;
 mod probe;
 mod receivers;
 mod row;
