@@ -12,6 +12,10 @@ pub mod geom;
 
 mod sampling;
 
+mod framed_file;
+
+pub use framed_file::FramedFileError;
+
 pub mod generate;
 
 pub mod scene;

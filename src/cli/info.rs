@@ -197,7 +197,8 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
     let parts = [("mesh", memory.mesh), ("solution", memory.solution), ("solve, beside both", memory.solve)];
     for (name, part) in parts {
         let each = [part.element_bytes, part.vertex_bytes, part.patch_bytes];
-        let [element, vertex, patch] = each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
+        let [element, vertex, patch] =
+            each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
         let all = bytes(memory.total_bytes(part));
         let _ = writeln!(out, "           {name:<18} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
     }

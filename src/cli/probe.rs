@@ -54,7 +54,9 @@ fn run_points(args: &ProbeArgs) -> Result<Outcome, CliError> {
     } else {
         report::terminal::probe_table(&report.points)
     };
-    Ok(Outcome { text, warnings: probed.warnings, check_failed: false })
+    let mut warnings = probed.warnings;
+    warnings.extend(plan::finish_pass_1(&options));
+    Ok(Outcome { text, warnings, check_failed: false })
 }
 
 fn points(args: &ProbeArgs) -> Result<Vec<ProbePoint>, CliError> {
@@ -153,7 +155,9 @@ fn run_grid(args: &ProbeArgs, spec: GridSpec) -> Result<Outcome, CliError> {
     } else {
         report::grid::grid_text(&report)
     };
-    Ok(Outcome { text, warnings: report.warnings, check_failed: false })
+    let mut warnings = report.warnings;
+    warnings.extend(plan::finish_pass_1(&options));
+    Ok(Outcome { text, warnings, check_failed: false })
 }
 
 /// A block a cell, in the proportions of the area.

@@ -42,6 +42,15 @@ impl Bars {
 
     /// Shows how far the run is.
     pub fn show(&mut self, progress: Progress) {
+        if let Progress::Solve(p) = progress
+            && p.resumed
+        {
+            let (shots, rays) = (p.n_shots, si(p.n_rays as f64, "rays"));
+            eprintln!(
+                "pass 1 goes on from its checkpoint: {shots} shots, {rays}, {} unshot",
+                percent(p.unshot_share)
+            );
+        }
         let (phase, done) = match progress {
             Progress::Solve(p) => (Phase::Solve, solved_share(p.unshot_share, self.unshot_target)),
             Progress::Render(share) => (Phase::Render, share),

@@ -34,6 +34,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     let mut picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
     picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
+    picture.ambient = args.ambient;
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
     let mut frame = frame::render_frame(&args.scene, &options, &picture, &mut |p| bars.show(p))?;
@@ -47,11 +48,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
         files.stage(path, report::to_json(&report));
     }
     files.commit()?;
-    Ok(Outcome {
-        text: report::terminal::render_summary(&report),
-        warnings: report.warnings,
-        check_failed: false,
-    })
+    let text = report::terminal::render_summary(&report);
+    let mut warnings = report.warnings;
+    warnings.extend(plan::finish_pass_1(&options));
+    Ok(Outcome { text, warnings, check_failed: false })
 }
 
 /// Camera rays of a picture.
@@ -126,6 +126,7 @@ fn document(
         false_colour,
         mean_luminance_w_m2_sr: frame.rendering.film.mean_luminance(),
         mean_luminance_cd_m2: LUMENS_PER_WATT * frame.rendering.film.mean_luminance(),
+        ambient_w_m2: frame.ambient,
         n_camera_rays: frame.rendering.n_camera_rays,
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
         pass_1: PassOneReport::new(
@@ -144,7 +145,7 @@ fn document(
 pub(super) fn loaded_from(pass_1: &PassOne) -> Option<std::path::PathBuf> {
     match pass_1 {
         PassOne::Load(path) => Some(path.clone()),
-        PassOne::Solve(_) => None,
+        PassOne::Solve(_) | PassOne::Planned(_) => None,
     }
 }
 

@@ -61,42 +61,68 @@ pub(crate) fn room(x: f64, y: f64, z: f64) -> Vec<Surface> {
 }
 
 /// Checks what holds for every mesh; returns (vertices, edges, elements) of the front and back together.
-fn check(mesh: &Mesh) -> (usize, usize, usize) {
+pub(crate) fn check(mesh: &Mesh) -> (usize, usize, usize) {
     assert!(!mesh.elements.is_empty());
     let mut edges: HashMap<(u32, u32), Vec<(usize, usize)>> = HashMap::new();
     for (i, e) in mesh.elements.iter().enumerate() {
+        let id = ElementId(i as u32);
         let ids = e.corners.vertices();
         for k in 0..4 {
             if k >= ids.len() {
                 assert_eq!((e.neighbours[k], e.continuity[k]), (None, Continuity::Broken));
                 continue;
             }
-            let (a, b) = (ids[k].0, ids[(k + 1) % ids.len()].0);
-            edges.entry((a.min(b), a.max(b))).or_default().push((i, k));
+            let (a, b) = (ids[k], ids[(k + 1) % ids.len()]);
+            edges.entry((a.0.min(b.0), a.0.max(b.0))).or_default().push((i, k));
             assert_eq!(e.neighbours[k].is_some(), e.continuity[k] != Continuity::Broken);
-            if let Some(other) = e.neighbours[k] {
-                let other = &mesh.elements[other.0 as usize];
-                let theirs = other.corners.vertices();
+            let ends = match mesh.hanging_on(id, k) {
+                Some(h) => vec![(a, h.vertex), (h.vertex, b)],
+                None => vec![(a, b)],
+            };
+            let across: Vec<_> = mesh.neighbours_across(id, k).collect();
+            assert!(across.is_empty() || across.len() == ends.len());
+            for (other, (a, b)) in across.into_iter().zip(ends) {
+                let theirs = mesh.elements[other.0 as usize].corners.vertices();
                 let n = theirs.len();
-                let m = (0..n)
-                    .find(|&m| (theirs[m].0, theirs[(m + 1) % n].0) == (b, a))
-                    .expect("the neighbour has the edge the other way round");
-                assert_eq!(other.neighbours[m], Some(ElementId(i as u32)));
+                // The same edge the other way round, or the coarse edge that it is half of.
+                let back = (0..n).find(|&m| mesh.neighbours_across(other, m).any(|e| e == id));
+                let m = back.expect("neighbours are neighbours both ways");
+                let half = mesh.hanging_on(other, m);
+                let (c, d) = (theirs[m], theirs[(m + 1) % n]);
+                match half {
+                    Some(h) => assert!((h.vertex == a && c == b) || (h.vertex == b && d == a)),
+                    None => assert_eq!((c, d), (b, a)),
+                }
             }
         }
-        let q = mesh.quadrature(ElementId(i as u32));
+        let q = mesh.quadrature(id);
         let sum: f64 = q.points().iter().map(|p| p.1).sum();
         assert!((sum - e.area_m2).abs() <= 1e-12 * e.area_m2, "element {i}: {sum} vs {}", e.area_m2);
         assert!((e.normal.length() - 1.0).abs() < 1e-12);
     }
     for list in edges.values() {
         assert!(list.len() <= 2, "an edge of {} elements", list.len());
-        let paired = list.len() == 2;
-        assert!(list.iter().all(|&(e, k)| mesh.elements[e].neighbours[k].is_some() == paired));
+        if list.len() == 2 {
+            assert!(list.iter().all(|&(e, k)| mesh.elements[e].neighbours[k].is_some()));
+        }
     }
+    for (i, h) in mesh.hanging.iter().enumerate() {
+        let at = |v: VertexId| mesh.vertices[v.0 as usize].position;
+        assert_eq!(at(h.vertex), 0.5 * (at(h.ends[0]) + at(h.ends[1])));
+        assert_eq!(mesh.hanging_on(h.coarse, h.edge.into()), Some(h));
+        // Coarse to fine: whoever hangs comes before those whose edge ends in it.
+        assert!(mesh.hanging[..i].iter().all(|earlier| !earlier.ends.contains(&h.vertex)));
+        let level = |e: ElementId| mesh.elements[e.0 as usize].place.level();
+        assert!(h.fine.iter().all(|fine| level(*fine) == level(h.coarse) + 1));
+    }
+    let mut next = 0;
     for (p, patch) in mesh.patches.iter().enumerate() {
-        assert_eq!(patch.elements.len(), 4);
+        assert_eq!(patch.elements.start, next);
+        assert!(!patch.elements.is_empty());
+        next = patch.elements.end;
         assert!(patch.elements.clone().all(|e| mesh.elements[e as usize].patch.0 as usize == p));
+        let own = &mesh.elements[patch.elements.start as usize..patch.elements.end as usize];
+        assert!(own.is_sorted_by(|a, b| a.place < b.place));
         assert_eq!(p >= mesh.n_cast_patches, patch.side == Facing::Back);
         if let Some(twin) = patch.twin {
             let twin = &mesh.patches[twin.0 as usize];
@@ -104,6 +130,7 @@ fn check(mesh: &Mesh) -> (usize, usize, usize) {
             assert!((twin.normal + patch.normal).length() < 1e-12);
         }
     }
+    assert_eq!(next as usize, mesh.elements.len());
     for (i, vertex) in mesh.vertices.iter().enumerate() {
         let around = mesh.elements_around(VertexId(i as u32));
         assert!(!around.is_empty());

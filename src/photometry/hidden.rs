@@ -44,6 +44,7 @@ pub fn hidden_behind(
             spin: 0.5,
             n: SIDE,
             m: SIDE,
+            jitter: [0.5; 2],
         })
         .collect();
     let at = caster.closest_hits(Purpose::Probe, Query::Rays(&toward))?;

@@ -5,7 +5,7 @@
 //!       --> F = kernel x share, mean over the quadrature points of an element --> Row
 //! patch --cosine-distributed rays--> share lost through openings, share on backs
 //! ```
-//! Source points: one a stratum (element) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
+//! Source points: one a stratum (quarter) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
 //! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and a
 //! vertex takes the mean share of its elements, all at one stratum of the shooter, or, where its strata see different
 //! things (half of it under a block), 64 neighbouring elements at the same one. Dense: each quadrature point looks at
@@ -19,12 +19,13 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::kernel::Source;
 use super::receivers::Receivers;
 use super::row::SparseRow;
 use crate::geom::{Ray, tangent_frame};
-use crate::mesh::{Corners, ElementId, Mesh, PatchId, SurfacePoint, VertexId};
+use crate::mesh::{Corners, ElementId, Mesh, PatchId, VertexId};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
 use crate::sampling::{hash, unit_pair};
 
@@ -58,7 +59,7 @@ impl Row {
 }
 
 /// Where the light of a shooter goes that reaches no element.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct StrayShares {
     /// Out through openings.
     pub lost: f64,
@@ -97,7 +98,7 @@ impl FormFactors<'_> {
         caster: &mut dyn RayCaster,
     ) -> Result<Vec<(Row, u64)>, CastError> {
         let plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
-        let bundles: Vec<Vec<RayBundle>> = plans.iter().map(|plan| self.bundles(plan)).collect();
+        let mut bundles: Vec<Vec<RayBundle>> = plans.par_iter().map(|plan| self.bundles(plan)).collect();
         // Receivers block by block, in each block shooter by shooter: neighbouring bundles meet the same patches, and a
         // cluster of the board that is given a range of them keeps to a part of the scene.
         let mut order: Vec<(usize, usize)> = Vec::new();
@@ -107,7 +108,9 @@ impl FormFactors<'_> {
                 order.extend((edge(block)..edge(block + 1)).map(|b| (p, b)));
             }
         }
-        let query: Vec<RayBundle> = order.iter().map(|&(p, b)| bundles[p][b].clone()).collect();
+        let nothing = RayBundle::Targets { apex: DVec3::ZERO, points: Vec::new() };
+        let take = |&(p, b): &(usize, usize)| std::mem::replace(&mut bundles[p][b], nothing.clone());
+        let query: Vec<RayBundle> = order.iter().map(take).collect();
         let answers = match query.is_empty() {
             true => Vec::new(),
             false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&query))?,
@@ -119,7 +122,7 @@ impl FormFactors<'_> {
             blocked[p].extend_from_slice(&answers[at..at + bundle.n_rays()]);
             at += bundle.n_rays();
         }
-        let rows = plans.iter().zip(&blocked);
+        let rows = plans.par_iter().zip(&blocked);
         Ok(rows.map(|(plan, blocked)| (self.row(plan, blocked), blocked.len() as u64)).collect())
     }
 
@@ -361,13 +364,11 @@ impl Shooter {
         let corners = mesh.polygon(&patch.corners);
         let mut points = [DVec3::ZERO; N_STRATA];
         let mut apexes = points;
-        let n_elements = patch.elements.len() as u32;
         for k in 0..N_STRATA {
-            let element = ElementId(patch.elements.start + k as u32 % n_elements.max(1));
             let jitter = unit_pair(hash(seed, u64::from(id.0), 1 << 40 | k as u64))
                 .map(|u| STRATUM_MARGIN + (1.0 - 2.0 * STRATUM_MARGIN) * u);
-            points[k] = mesh.position(SurfacePoint { element, st: inside(mesh, element, jitter) });
-            apexes[k] = points[k] + offset_m * mesh.elements[element.0 as usize].normal;
+            points[k] = mesh.quarter_position(id, k as u32, folded(&patch.corners, jitter));
+            apexes[k] = points[k] + offset_m * patch.normal;
         }
         Shooter {
             patch: id,
@@ -402,8 +403,12 @@ impl Shooter {
 }
 
 /// Local coordinates of a uniform sample in an element; a triangle folds the square.
-pub(super) fn inside(mesh: &Mesh, element: ElementId, [s, t]: [f64; 2]) -> DVec2 {
-    match mesh.elements[element.0 as usize].corners {
+pub(super) fn inside(mesh: &Mesh, element: ElementId, st: [f64; 2]) -> DVec2 {
+    folded(&mesh.elements[element.0 as usize].corners, st)
+}
+
+fn folded(corners: &Corners, [s, t]: [f64; 2]) -> DVec2 {
+    match corners {
         Corners::Triangle(_) if s + t > 1.0 => DVec2::new(1.0 - s, 1.0 - t),
         _ => DVec2::new(s, t),
     }

@@ -41,7 +41,7 @@ pub enum RayBundle {
         /// Place of the sample in its stratum, [0,1)^2.
         jitter: [f64; 2],
     },
-    /// Cosine-distributed directions about `normal`: strata `(i, j)` of an n x m window of the unit square.
+    /// Cosine-distributed directions about `normal`: places `((i + jitter.0)/n, (j + jitter.1)/m)` of the unit square.
     Hemisphere {
         /// Common origin (m).
         apex: DVec3,
@@ -53,6 +53,8 @@ pub enum RayBundle {
         n: u32,
         /// Strata along the second axis.
         m: u32,
+        /// Place of the sample in its stratum, [0,1)^2.
+        jitter: [f64; 2],
     },
     /// Rays to listed points, t = t_max = 1 at each.
     Targets {
@@ -104,9 +106,9 @@ impl RayBundle {
                 let (s, t) = ((u + jitter[0]) / *n as f64, (v + jitter[1]) / *m as f64);
                 Ray::to_point(*apex, *corner + s * *edge_u + t * *edge_v)
             }
-            RayBundle::Hemisphere { apex, normal, spin, n, m } => {
+            RayBundle::Hemisphere { apex, normal, spin, n, m, jitter } => {
                 let (u, v) = split(*n);
-                let d = cosine_direction((u + 0.5) / *n as f64, (v + 0.5) / *m as f64);
+                let d = cosine_direction((u + jitter[0]) / *n as f64, (v + jitter[1]) / *m as f64);
                 let (t1, t2) = spun_frame(*normal, *spin);
                 Ray::unbounded(*apex, d.x * t1 + d.y * t2 + d.z * *normal)
             }
@@ -161,7 +163,7 @@ pub(super) fn check_bundle(index: usize, bundle: &RayBundle) -> Result<(), CastE
         let what = format!("a bundle of {n} rays; 1 to {MAX_BUNDLE_RAYS} are possible");
         return Err(CastError::BadRay { index, what });
     }
-    if let RayBundle::Fan { jitter, .. } = bundle
+    if let RayBundle::Fan { jitter, .. } | RayBundle::Hemisphere { jitter, .. } = bundle
         && !jitter.iter().all(|j| (0.0..1.0).contains(j))
     {
         let what = format!("jitter {jitter:?} is outside [0, 1)");

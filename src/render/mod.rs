@@ -49,6 +49,8 @@ pub struct RenderOptions {
     pub seed: u64,
     /// Keep the irradiance on the surfaces that pixels show first, too.
     pub irradiance: bool,
+    /// Add the ambient term of what pass 1 left unshot; see `radiosity::ambient`.
+    pub ambient: bool,
 }
 
 impl Default for RenderOptions {
@@ -62,6 +64,7 @@ impl Default for RenderOptions {
             reconstruct: Method::Hermite,
             seed: 1,
             irradiance: false,
+            ambient: false,
         }
     }
 }

@@ -43,6 +43,14 @@ pub fn render_summary(r: &RenderReport) -> String {
             n = o.shadow_strata,
         ),
     );
+    if let Some(ambient) = r.ambient_w_m2 {
+        let e = si(ambient.sum() / 3.0, "W/m^2");
+        line(
+            &mut out,
+            "ambient",
+            format_args!("{e} (mean of r, g, b) added to the stored light, in no account"),
+        );
+    }
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
         block_kinds_table(&mut out, board);
@@ -203,6 +211,43 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
             percent(r.row_sum_error.max),
         ),
     );
+    if r.reciprocity.n_pairs > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "reciprocity error {} RMS, {} max over {}{}",
+                percent(r.reciprocity.rms),
+                percent(r.reciprocity.max),
+                count(r.reciprocity.n_pairs, "pairs of patches"),
+                if p.exact { "; exact: a dense linear solve" } else { "" },
+            ),
+        );
+    }
+    if let Some(earlier) = &p.earlier {
+        line(
+            out,
+            "",
+            format_args!(
+                "going on from {} with {}, {}",
+                count(u64::from(earlier.n_solves), "solves"),
+                count(earlier.n_shots, "shots"),
+                count(earlier.n_rays, "rays"),
+            ),
+        );
+    }
+    if let Some(error) = &p.error_estimate {
+        line(
+            out,
+            "bundles",
+            format_args!(
+                "{} in {} rounds shot the rest: standard error {} of the mean irradiance (RMS over the elements)",
+                count(error.n_rays, "rays"),
+                error.n_rounds,
+                percent(error.relative_rms),
+            ),
+        );
+    }
     let a = &r.account;
     let w = |rgb: crate::units::Rgb| si(rgb.sum(), "W");
     let emitted = a.emitted_w.sum();

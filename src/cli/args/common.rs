@@ -3,6 +3,7 @@
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
 
+use super::keep::CheckpointArgs;
 use crate::scene::MAX_ELEMENTS;
 
 /// Widest and highest picture.
@@ -15,6 +16,33 @@ pub enum CasterArg {
     Software,
     /// The emulated board, cycle by cycle
     Board,
+}
+
+/// How power is shot in pass 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FormFactorsArg {
+    /// Exact kernel from each shooter to points of each receiver, times the visible share
+    Vertex,
+    /// Cosine-distributed bundles of rays from the shooters, emitters too; comes with an error estimate
+    Hemisphere,
+}
+
+/// How pass 1 is run.
+#[derive(Clone, Debug, Default, Args)]
+pub struct PassOneArgs {
+    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter: four times the rays,
+    /// less noise in indirect light
+    #[arg(long)]
+    pub dense_visibility: bool,
+    /// How power is shot in pass 1 [default: vertex]
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub form_factors: Option<FormFactorsArg>,
+    /// Patches that shoot by kernel in pass 1; of scenes with more, the rest is shot by bundles of rays [default: 2000]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = from_zero(MAX_ELEMENTS.into()))]
+    pub max_shooters: Option<u32>,
+    /// Standard error of what bundles shoot: RMS over the elements as a share of the mean irradiance [default: 0.02]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = error_share)]
+    pub wanted_error: Option<f64>,
 }
 
 /// Options of everything that casts rays.
@@ -32,10 +60,12 @@ pub struct CastArgs {
     /// Seed of every sampling pattern
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter: four times the rays,
-    /// less noise in indirect light
-    #[arg(long)]
-    pub dense_visibility: bool,
+    /// How pass 1 is run.
+    #[command(flatten)]
+    pub pass_1: PassOneArgs,
+    /// Where its state is kept.
+    #[command(flatten)]
+    pub keep: CheckpointArgs,
 }
 
 /// Size and sampling of a picture.
@@ -72,4 +102,9 @@ pub(super) fn seed(text: &str) -> Result<u64, String> {
 pub(super) fn share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share <= 1.0);
     share.ok_or_else(|| "expected a number over 0 and up to 1, such as 0.1".to_owned())
+}
+
+fn error_share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share: &f64| (1e-4..=1.0).contains(share));
+    share.ok_or_else(|| "expected a number from 0.0001 to 1, such as 0.02".to_owned())
 }

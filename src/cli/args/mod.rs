@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 mod common;
 mod false_colour;
+mod keep;
 mod make;
 mod probe;
 mod render;
@@ -11,8 +12,9 @@ mod show;
 mod simulate;
 mod verify;
 
-pub use common::{CastArgs, CasterArg, PictureArgs};
+pub use common::{CastArgs, CasterArg, FormFactorsArg, PassOneArgs, PictureArgs};
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
+pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
 pub use render::{ReconstructArg, RenderArgs, SolveArgs};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::common::{CastArgs, PictureArgs};
+use super::common::{CastArgs, PictureArgs, from_zero};
 use super::false_colour::{FalseColourArg, ScaleArgs, false_colour};
 use crate::image::Exposure;
 use crate::image::exposure::ExposureError;
@@ -62,6 +62,10 @@ pub struct RenderArgs {
     /// Use this solution, as `solve` wrote it for the same scene and mesh, instead of pass 1
     #[arg(long, value_name = "FILE.radsol")]
     pub solution: Option<PathBuf>,
+    /// Add the ambient term to the stored light: an estimate of what pass 1 left unshot, for pictures of unfinished
+    /// solutions; the energy account is not touched
+    #[arg(long)]
+    pub ambient: bool,
     /// Write a JSON report (radeng/render/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
@@ -71,7 +75,11 @@ pub struct RenderArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   radeng solve scenes/furnace/scene.toml -o furnace.radsol --report furnace.json
-  radeng render scenes/furnace/scene.toml --solution furnace.radsol")]
+  radeng render scenes/furnace/scene.toml --solution furnace.radsol
+  radeng solve big.toml -o big.radsol --checkpoint big.state     killed or stopped by Ctrl-C, the same command goes on
+  radeng solve dimmed.toml -o dimmed.radsol --continue-from scene.radsol
+  radeng solve scene.toml -o early.radsol --max-shots 50 && radeng render scene.toml --solution early.radsol --ambient
+  radeng solve scene.toml -o exact.radsol --elements 2000 --exact")]
 pub struct SolveArgs {
     /// The scene file (TOML)
     pub scene: PathBuf,
@@ -84,6 +92,17 @@ pub struct SolveArgs {
     /// Stop when the unshot power is under this share of the emitted power
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, default_value_t = crate::radiosity::SolveOptions::default().unshot_share)]
     pub unshot: f64,
+    /// Stop after this many shots, converged or not
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = from_zero(1_000_000_000), conflicts_with = "exact")]
+    pub max_shots: Option<u32>,
+    /// Go on from a solution of the same geometry and mesh whose emission, reflectances or lights were others: only the
+    /// change is shot. Sampling is as it was for that solution
+    #[arg(long, value_name = "FILE.radsol", conflicts_with_all = ["exact", "seed", "dense_visibility", "form_factors", "max_shooters", "wanted_error"])]
+    pub continue_from: Option<PathBuf>,
+    /// Solve the radiosity equation of the patches by a dense linear solve, as a check of progressive refinement; at most
+    /// 5000 patches (0.6 GB of matrices, and 4 bytes for every form factor that is not 0)
+    #[arg(long, conflicts_with_all = ["checkpoint", "unshot", "form_factors", "max_shooters", "wanted_error"])]
+    pub exact: bool,
     /// Write a JSON report (radeng/solve/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::common::{PictureArgs, seed, share, whole};
+use super::common::{PassOneArgs, PictureArgs, seed, share, whole};
 use crate::cli::given::Given;
 use crate::cli::look::LookArgs;
 use crate::cli::plan::DEFAULT_BOARD;
@@ -67,10 +67,9 @@ pub struct SimulateArgs {
     /// Seed of every sampling pattern
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter: four times the rays,
-    /// less noise in indirect light
-    #[arg(long)]
-    pub dense_visibility: bool,
+    /// How pass 1 is run.
+    #[command(flatten)]
+    pub pass_1: PassOneArgs,
     /// The picture whose rays these are.
     #[command(flatten)]
     pub picture: PictureArgs,

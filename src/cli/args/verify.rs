@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 
-use super::common::{PictureArgs, from_zero, seed, whole};
+use super::common::{PassOneArgs, PictureArgs, from_zero, seed, whole};
 use crate::cli::plan::DEFAULT_BOARD;
 use crate::scene::MAX_ELEMENTS;
 
@@ -79,9 +79,9 @@ pub struct VerifyArgs {
     /// Seed of every sampling pattern
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// In pass 1, cast a visibility ray from every quadrature point and vertex to every shooter
-    #[arg(long)]
-    pub dense_visibility: bool,
+    /// How pass 1 is run.
+    #[command(flatten)]
+    pub pass_1: PassOneArgs,
     /// The picture whose rays these are.
     #[command(flatten)]
     pub picture: PictureArgs,

@@ -14,7 +14,7 @@ mod patch_test;
 use rayon::prelude::*;
 
 use super::bundle::{check_bundles, check_ray};
-use super::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit, bend_m};
+use super::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit, bend_m};
 use crate::geom::{Aabb, Ray};
 use crate::mesh::PatchId;
 use bvh4::{Bvh4, Pending};
@@ -83,7 +83,7 @@ impl SoftwareCaster {
     }
 
     /// Answers every ray of a query, in order, on all threads.
-    fn cast_all<T: Send>(
+    fn cast_all<T: Send + Clone>(
         &self,
         query: Query<'_>,
         answer: impl Fn(&mut Vec<Pending>, &Ray) -> T + Sync,
@@ -102,7 +102,7 @@ impl SoftwareCaster {
                     .collect()
             }
             Query::Bundles(bundles) => {
-                check_bundles(bundles)?;
+                check_bundles_in_parallel(bundles)?;
                 bundles
                     .par_chunks(BUNDLES_PER_CHUNK)
                     .map(|chunk| {
@@ -113,8 +113,16 @@ impl SoftwareCaster {
                     .collect()
             }
         };
-        Ok(parts.into_iter().flatten().collect())
+        Ok(parts.concat())
     }
+}
+
+/// [`check_bundles`] on all threads: the first fault is sought only when there is one.
+fn check_bundles_in_parallel(bundles: &[RayBundle]) -> Result<(), CastError> {
+    if bundles.par_chunks(BUNDLES_PER_CHUNK).all(|chunk| check_bundles(chunk).is_ok()) {
+        return Ok(());
+    }
+    check_bundles(bundles)
 }
 
 impl RayCaster for SoftwareCaster {
