@@ -26,6 +26,7 @@ pub mod kernel;
 mod light_shots;
 pub mod lighting;
 pub mod lights;
+pub mod memory;
 mod probe;
 mod receivers;
 pub mod refine;

@@ -117,7 +117,7 @@ pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
     } else {
         block_kinds_table(&mut out, &r.board);
     }
-    super::observed::observed_lines(&mut out, r.observed.as_ref());
+    super::observed_text::observed_lines(&mut out, r.observed.as_ref());
     time_line(&mut out, &r.timings);
     out
 }
