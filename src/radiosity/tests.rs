@@ -8,7 +8,7 @@ use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Light, Material, MaterialId, MeshTarget, Meshing, Shape, Surface};
 
 /// A material of grey reflectance.
-fn grey(name: &str, reflectance: f64) -> Material {
+pub(super) fn grey(name: &str, reflectance: f64) -> Material {
     Material {
         name: name.into(),
         reflectance: Rgb::splat(reflectance),
@@ -18,7 +18,7 @@ fn grey(name: &str, reflectance: f64) -> Material {
     }
 }
 
-fn quad(name: &str, material: u32, corners: [DVec3; 4], exitance: f64) -> Surface {
+pub(super) fn quad(name: &str, material: u32, corners: [DVec3; 4], exitance: f64) -> Surface {
     Surface {
         name: name.into(),
         material: MaterialId(material),
@@ -29,7 +29,12 @@ fn quad(name: &str, material: u32, corners: [DVec3; 4], exitance: f64) -> Surfac
     }
 }
 
-fn scene(materials: Vec<Material>, surfaces: Vec<Surface>, lights: Vec<Light>, elements: u32) -> Scene {
+pub(super) fn scene(
+    materials: Vec<Material>,
+    surfaces: Vec<Surface>,
+    lights: Vec<Light>,
+    elements: u32,
+) -> Scene {
     Scene {
         path: "code".into(),
         camera: None,
@@ -42,7 +47,7 @@ fn scene(materials: Vec<Material>, surfaces: Vec<Surface>, lights: Vec<Light>, e
 }
 
 /// Walls of the box 0..size, fronts inside; every wall of material 0 and exitance `exitance`.
-fn room(size: DVec3, exitance: f64) -> Vec<Surface> {
+pub(super) fn room(size: DVec3, exitance: f64) -> Vec<Surface> {
     let v = |i: usize| size * DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
     let walls = [
         ("floor", [0, 1, 3, 2]),
@@ -174,7 +179,7 @@ fn solve_with_a_spot_and_a_sun_accounts_for_their_power() {
 }
 
 /// The 1992 reconstruction paper's test: a unit cube, a lamp of exitance 1 flush in its ceiling.
-fn lit_cube(rho: f64, elements: u32) -> Scene {
+pub(super) fn lit_cube(rho: f64, elements: u32) -> Scene {
     let v = DVec3::new;
     let mut surfaces = room(DVec3::ONE, 0.0);
     surfaces.remove(1);
@@ -215,7 +220,7 @@ fn probe_in_the_lit_cube_gives_the_reference_values() {
 }
 
 /// A room with a two-sided, half-mirror board in it, a lamp that touches nothing, a light and a hole.
-fn cluttered() -> Scene {
+pub(super) fn cluttered() -> Scene {
     let v = DVec3::new;
     let mut surfaces = room(DVec3::ONE, 0.0);
     surfaces.remove(3);
