@@ -10,6 +10,7 @@ use super::receivers::Receiver;
 use super::row::SparseRow;
 use super::shooting::PatchOptics;
 use super::state::ElementState;
+use super::stochastic;
 use super::{SolveOptions, SplitIrradiance};
 use crate::mesh::{Corners, Element, ElementId, Mesh, Patch, Vertex};
 use crate::units::Rgb;
@@ -34,6 +35,8 @@ pub struct HostMemory {
     pub solution: PerRecord,
     /// While kernel shots last, beside both: state and receivers.
     pub solve: PerRecord,
+    /// While bundles shoot what kernel shots leave, instead: these are over and have given theirs back.
+    pub stochastic: PerRecord,
     /// A row of form factors, for a patch that every receiver sees.
     pub row_bytes: u64,
     /// All rows that a solve may keep: those of all patches, or its limit.
@@ -75,6 +78,11 @@ impl HostMemory {
                 vertex_bytes: size(size_of::<SplitIrradiance>() + size_of::<Receiver>()),
                 // Exitance, unshot exitance, unshot and shot power.
                 patch_bytes: size(size_of::<PatchOptics>() + 4 * size_of::<Rgb>()),
+            },
+            stochastic: PerRecord {
+                element_bytes: size(size_of::<ElementState>()) + stochastic::bytes_per_element() as f64,
+                vertex_bytes: size(size_of::<SplitIrradiance>()) + stochastic::bytes_per_vertex() as f64,
+                patch_bytes: size(size_of::<PatchOptics>() + 5 * size_of::<Rgb>()),
             },
             row_bytes,
             max_row_bytes: options.max_row_bytes.min(row_bytes.saturating_mul(patches as u64)),
