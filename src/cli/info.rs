@@ -194,7 +194,12 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
         "memory     {:<18} {:>11} {:>11} {:>11} {:>12}",
         "host", "an element", "a vertex", "a patch", "all"
     );
-    let parts = [("mesh", memory.mesh), ("solution", memory.solution), ("solve, beside both", memory.solve)];
+    let parts = [
+        ("mesh", memory.mesh),
+        ("solution", memory.solution),
+        ("kernel shots, beside both", memory.solve),
+        ("bundles, beside both", memory.stochastic),
+    ];
     for (name, part) in parts {
         let each = [part.element_bytes, part.vertex_bytes, part.patch_bytes];
         let [element, vertex, patch] =
