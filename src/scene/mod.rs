@@ -14,7 +14,7 @@ use glam::DVec3;
 use crate::units::Rgb;
 
 mod error;
-mod faces;
+pub(crate) mod faces;
 mod import;
 mod shape;
 mod toml;

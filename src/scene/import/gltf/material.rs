@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! baseColor x (1 - metallic)       diffuse
-//! baseColor x metallic             mirror where roughness <= 0.1; diffuse, with a note, from 0.6; between: refused
+//! baseColor x metallic             mirror where roughness <= 0.1; diffuse, with a note, from 0.5; between: refused
 //! transmission x baseColor         glass, for the share that is not metal; opacity under 1 of BLEND: likewise, unrefracted
 //! emissiveFactor x strength = L    M = pi L / 179 per channel, L in cd/m^2
 //! ```

@@ -7,7 +7,7 @@
 //! illum 4, 6, 7, 9, or d < 1 (Tr)    glass: transmission 1 - d, or Tf where d is 1, and Ni
 //! ```
 //! Ks and Ns of other illumination models are the highlight of a lamp on a glossy coat: left out, with a warning. A
-//! rough mirror (Pm with Pr between 0.1 and 0.6) is refused.
+//! rough mirror (Pm with Pr between 0.1 and 0.5) is refused.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
