@@ -136,7 +136,7 @@ fn mirrored_nodes_turn_their_faces_so_that_fronts_stay_fronts() {
     };
     let plain = area_vector(&Room::default());
     let mirrored = area_vector(&Room { mirrored: true, ..Room::default() });
-    assert!(plain < -5.0 && (plain - mirrored).abs() < 1e-5, "{plain} {mirrored}");
+    assert!(plain < -4.9 && (plain - mirrored).abs() < 1e-5, "{plain} {mirrored}");
 }
 
 #[test]
