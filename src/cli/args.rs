@@ -155,9 +155,12 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
 #[command(after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
   radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
-  radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png")]
+  radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png
+  radeng render model.glb -o model.png
+
+A model file without a camera gets one that frames it, one without light gets light; both are told.")]
 pub struct RenderArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
     /// [default: the scene's name, as .png and .exr, in the current directory]
@@ -189,7 +192,7 @@ pub struct RenderArgs {
   radeng solve scenes/furnace/scene.toml -o furnace.radsol --report furnace.json
   radeng render scenes/furnace/scene.toml --solution furnace.radsol")]
 pub struct SolveArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Solution file to write
     #[arg(short, long = "output", value_name = "FILE.radsol")]
@@ -211,7 +214,7 @@ pub struct SolveArgs {
   radeng probe scenes/lit-cube/scene.toml --at 0.5,0.5,0 --normal 0,0,1
   radeng probe scene.toml --at 1,2,0 --normal 0,0,1 --at 3,2,0 --normal 0,0,1 --json")]
 pub struct ProbeArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// A point (m); repeat for more, each with its --normal
     #[arg(long, value_name = "X,Y,Z", required = true, allow_hyphen_values = true)]
@@ -368,7 +371,7 @@ The rays of both passes (camera, form factors, shadows, specular) are cast in so
 What differs from the software caster, which rounds nothing, is measured: misclassified rays by cause, error of \
     t, unused bits of each wire, error of the picture, and what a first test of fewer bits would save.")]
 pub struct VerifyArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Board to verify: a preset (delft-1992, minimal) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = super::plan::DEFAULT_BOARD)]

@@ -336,7 +336,12 @@ pub fn hostile() -> Vec<Hostile> {
         &["damaged base64"],
     );
     edit("escape", "\"byteLength\": 360", "\"uri\": \"%zz\", \"byteLength\": 360", &["hexadecimal"]);
-    edit("transform", "\"translation\": [0.5, 0.5, 0.5]", "\"translation\": [1e39, 0.5, 0.5]", &["not finite"]);
+    edit(
+        "transform",
+        "\"translation\": [0.5, 0.5, 0.5]",
+        "\"translation\": [1e39, 0.5, 0.5]",
+        &["not finite"],
+    );
     edit(
         "far away",
         "\"mesh\": 0, \"name\"",

@@ -139,7 +139,7 @@ fn resolve(
             ));
         }
         transmission = rest * share;
-        rest = rest - transmission;
+        rest -= transmission;
     }
     match given.alpha_mode {
         Checked::Valid(AlphaMode::Blend) if alpha < 1.0 => {
@@ -153,7 +153,7 @@ fn resolve(
         Checked::Valid(AlphaMode::Mask) => notes.add("cut-outs by alpha are not modelled: opaque", name),
         _ => {}
     }
-    if !(ior >= 1.0) {
+    if ior.is_nan() || ior < 1.0 {
         ior = DEFAULT_IOR;
     }
     let strength = extensions

@@ -186,10 +186,8 @@ fn clean(path: &Path, text: &str) -> Result<String, SceneError> {
             "illum" => {
                 let _ = writeln!(out, "illum {}", number(0.0, 10.0)?.floor());
             }
-            "map_Kd" | "map_Ke" => {
-                if !rest.is_empty() {
-                    let _ = writeln!(out, "{keyword} {rest}");
-                }
+            "map_Kd" | "map_Ke" if !rest.is_empty() => {
+                let _ = writeln!(out, "{keyword} {rest}");
             }
             _ => {}
         }
@@ -283,7 +281,7 @@ fn resolve(
     if metal > 0.0 {
         let rough = crate::scene::import::metal(&name, metal, roughness, notes)
             .map_err(|message| SceneError::of_file(library, message))?;
-        specular = specular + diffuse * (metal * (1.0 - rough));
+        specular += diffuse * (metal * (1.0 - rough));
         diffuse = diffuse * (1.0 - metal * (1.0 - rough));
     }
     let mut transmission = Rgb::BLACK;
