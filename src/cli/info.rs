@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::SolveOptions;
 use crate::radiosity::memory::HostMemory;
 use crate::report::si::{bytes, si, vector};
-use crate::scene::{MeshTarget, Scene, Shape};
+use crate::scene::{FaceCounts, MeshTarget, Scene, Shape};
 use crate::units::Rgb;
 
 /// Top-level keys that only scene files have.
@@ -36,6 +36,9 @@ pub(super) fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
 fn is_board(what: &Path) -> bool {
     if !what.exists() {
         return what.to_str().is_some_and(|name| BoardSpec::preset_names().contains(&name));
+    }
+    if Scene::is_model_file(what) {
+        return false;
     }
     let table = std::fs::read_to_string(what).ok().and_then(|text| text.parse::<toml::Table>().ok());
     table.is_some_and(|t| !t.is_empty() && !SCENE_KEYS.iter().any(|key| t.contains_key(*key)))
@@ -168,6 +171,7 @@ fn scene_text(inspected: &Inspected) -> String {
         mesh.n_cast_patches,
         mesh.n_t_junctions
     );
+    imported(&mut out, scene);
     memory_table(&mut out, mesh);
     let _ = match &inspected.board_image {
         Ok(image) => writeln!(
@@ -212,6 +216,28 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
         "           rows of form factors: up to {} a patch that shoots, {} in all",
         bytes(memory.row_bytes),
         bytes(memory.max_row_bytes)
+    );
+}
+
+/// What became of the polygons of model files.
+fn imported(out: &mut String, scene: &Scene) {
+    let (mut counts, mut n_faces, mut memory) = (FaceCounts::default(), 0, 0);
+    for surface in &scene.surfaces {
+        if let Shape::Faces(set) = &surface.shape {
+            counts += set.counts();
+            n_faces += set.n_faces();
+            memory += set.memory_bytes();
+        }
+    }
+    if n_faces == 0 {
+        return;
+    }
+    let FaceCounts { n_polygons, n_degenerate, n_doubled, n_cut, n_joined, n_welded } = counts;
+    let _ = writeln!(
+        out,
+        "imported   {n_faces} faces of {n_polygons} polygons ({n_degenerate} without area, {n_doubled} doubled, {n_cut} cut, \
+         {n_joined} pairs joined), {n_welded} points welded; {}",
+        bytes(memory as u64)
     );
 }
 

@@ -265,3 +265,6 @@ fn quad<S: Sink>(sink: &mut S, sides: [Vec<At>; 4]) {
         below = row;
     }
 }
+
+#[cfg(test)]
+mod tests;

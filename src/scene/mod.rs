@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! scene.toml --toml/--> raw tables with spans --checks--> Scene      (error.rs: file:line:column, value, expected)
+//! model.obj, .gltf, .glb --import/--> polygons, materials, lights --faces/--> surfaces of many faces
 //! ```
 //! Lengths in metres, exitance in W/m^2 per channel and emitting side, angles in degrees where the name says so.
 //! Format: version 1, described in scenes/README.md.
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::units::Rgb;
 
 mod error;
-mod faces;
+pub(crate) mod faces;
 mod import;
 mod shape;
 mod toml;
@@ -201,10 +202,15 @@ impl Scene {
     /// # Errors
     /// Every fault of the file, with its place (file:line:column), the value, and what was expected.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
-        if self::import::is_model(path) {
+        if Scene::is_model_file(path) {
             return import::load_standalone(path);
         }
         toml::load(path)
+    }
+
+    /// Whether a file's name is that of a model file, which [`Scene::load`] reads as a scene of its own.
+    pub fn is_model_file(path: &Path) -> bool {
+        import::is_model(path)
     }
 
     /// Checks the text of a scene file that would stand at `path`.

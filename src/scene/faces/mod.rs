@@ -83,7 +83,7 @@ impl FaceSet {
 
     /// All faces, as [`FaceSet::face`].
     pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> {
-        self.faces.iter().map(|f| corners(f))
+        self.faces.iter().map(corners)
     }
 
     /// Area of one side of all faces (m^2).

@@ -39,7 +39,7 @@ const DEFAULT_REFLECTANCE: f64 = 0.6;
 const MIRROR_ROUGHNESS: f64 = 0.1;
 
 /// Roughness from which a metal is taken as diffuse: its lobe is about as wide.
-const DIFFUSE_ROUGHNESS: f64 = 0.6;
+const DIFFUSE_ROUGHNESS: f64 = 0.5;
 
 /// Metal below this share is no more than a coat.
 const MIN_METALLIC: f64 = 0.1;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! baseColor x (1 - metallic)       diffuse
-//! baseColor x metallic             mirror where roughness <= 0.1; diffuse, with a note, from 0.6; between: refused
+//! baseColor x metallic             mirror where roughness <= 0.1; diffuse, with a note, from 0.5; between: refused
 //! transmission x baseColor         glass, for the share that is not metal; opacity under 1 of BLEND: likewise, unrefracted
 //! emissiveFactor x strength = L    M = pi L / 179 per channel, L in cd/m^2
 //! ```
@@ -139,7 +139,7 @@ fn resolve(
             ));
         }
         transmission = rest * share;
-        rest = rest - transmission;
+        rest -= transmission;
     }
     match given.alpha_mode {
         Checked::Valid(AlphaMode::Blend) if alpha < 1.0 => {
@@ -153,7 +153,7 @@ fn resolve(
         Checked::Valid(AlphaMode::Mask) => notes.add("cut-outs by alpha are not modelled: opaque", name),
         _ => {}
     }
-    if !(ior >= 1.0) {
+    if ior.is_nan() || ior < 1.0 {
         ior = DEFAULT_IOR;
     }
     let strength = extensions

@@ -206,7 +206,7 @@ fn lamp(
                 .as_ref()
                 .map_or((0.0, std::f32::consts::FRAC_PI_4), |s| (s.inner_cone_angle, s.outer_cone_angle));
             let (inner_deg, outer_deg) = (f64::from(inner).to_degrees(), f64::from(outer).to_degrees());
-            // Half a right angle more than 90 degrees of rounding.
+            // A right angle in single precision may be a little more than one.
             if !(inner_deg >= 0.0 && inner_deg < outer_deg && outer_deg <= 90.0 + 1e-4) {
                 return Err(format!("cone of {inner} to {outer} rad, expected 0 <= inner < outer <= pi/2"));
             }

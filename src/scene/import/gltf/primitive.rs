@@ -78,8 +78,7 @@ pub(super) fn append(
                     let id = faces.points.len() as u32;
                     faces.points.push(world.transform_point3(p));
                     if let Some(normals) = &normals {
-                        // Normals are only compared with each other, so they stay as they are in the node... and
-                        // their list is as long as that of the points.
+                        // Only compared with each other: they stay as they are in the node. As many as points.
                         let [x, y, z, _] = normals.get(index);
                         faces.normals.resize(id as usize, DVec3::ZERO);
                         faces.normals.push(DVec3::new(x, y, z));

@@ -3,8 +3,8 @@
 //! ```text
 //! text --join lines at a final \--> statement --numbers finite, indices in range--> the same, without what is not read
 //! ```
-//! Indices count from 1, negative ones back from the last; they may point at what stands before them only... and, as
-//! most programs allow, at what comes later: ranges are checked against the whole file.
+//! Indices count from 1, negative ones back from the last; as most programs allow, they may point at what comes later:
+//! ranges are those of the whole file.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -170,7 +170,7 @@ pub(super) fn obj(path: &Path, text: &str, max_faces: usize) -> Result<Clean, Sc
 fn position(numbers: &[f64]) -> Result<[f64; 3], String> {
     match *numbers {
         [x, y, z] | [x, y, z, _, _, _] | [x, y, z, _, _, _, _] => Ok([x, y, z]),
-        [_, _, _, w] if w == 0.0 => Err("a weight w of 0, expected another".to_owned()),
+        [_, _, _, 0.0] => Err("a weight w of 0, expected another".to_owned()),
         [x, y, z, w] => {
             let p = [x / w, y / w, z / w];
             if p.iter().all(|c| c.abs() <= MAX_NUMBER) { Ok(p) } else { Err(format!("a weight w of {w:e}")) }
@@ -227,7 +227,7 @@ impl Line<'_> {
         for word in words.take_while(|w| !w.starts_with('#')) {
             let number: f64 =
                 word.parse().map_err(|_| format!("{:?} in `{of}`, expected a number", super::shown(word)))?;
-            if !(number.abs() <= MAX_NUMBER) {
+            if number.is_nan() || number.abs() > MAX_NUMBER {
                 return Err(format!(
                     "{:?} in `{of}`, expected a finite number within +-{MAX_NUMBER:e}",
                     super::shown(word)

@@ -7,7 +7,7 @@
 //! illum 4, 6, 7, 9, or d < 1 (Tr)    glass: transmission 1 - d, or Tf where d is 1, and Ni
 //! ```
 //! Ks and Ns of other illumination models are the highlight of a lamp on a glossy coat: left out, with a warning. A
-//! rough mirror (Pm with Pr between 0.1 and 0.6) is refused.
+//! rough mirror (Pm with Pr between 0.1 and 0.5) is refused.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -186,10 +186,8 @@ fn clean(path: &Path, text: &str) -> Result<String, SceneError> {
             "illum" => {
                 let _ = writeln!(out, "illum {}", number(0.0, 10.0)?.floor());
             }
-            "map_Kd" | "map_Ke" => {
-                if !rest.is_empty() {
-                    let _ = writeln!(out, "{keyword} {rest}");
-                }
+            "map_Kd" | "map_Ke" if !rest.is_empty() => {
+                let _ = writeln!(out, "{keyword} {rest}");
             }
             _ => {}
         }
@@ -283,7 +281,7 @@ fn resolve(
     if metal > 0.0 {
         let rough = crate::scene::import::metal(&name, metal, roughness, notes)
             .map_err(|message| SceneError::of_file(library, message))?;
-        specular = specular + diffuse * (metal * (1.0 - rough));
+        specular += diffuse * (metal * (1.0 - rough));
         diffuse = diffuse * (1.0 - metal * (1.0 - rough));
     }
     let mut transmission = Rgb::BLACK;
