@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use crate::geom::{DVec3, tangent_frame};
 use crate::mesh::{Mesh, PatchId};
 use crate::radiosity::ProbePoint;
-use crate::report::si::vector;
+use crate::report::si::{number, vector};
 use crate::scene::{Scene, Shape, Surface, SurfaceId};
 
 /// Most points of a grid.
@@ -88,7 +88,7 @@ pub struct GridPoint {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// An edge without length.
-    #[error("the grid's edge {edge} is {}, {} m long: expected at least {MIN_EDGE_M} m", vector(*value), value.length())]
+    #[error("the grid's edge {edge} is {}, {} m long: expected at least {MIN_EDGE_M} m", vector(*value), number(value.length()))]
     Edge {
         /// `u` or `v`.
         edge: &'static str,
@@ -436,7 +436,7 @@ mod tests {
             assert!(e.contains(expected), "{e}");
         };
         refused(&plane(DVec3::ZERO, DVec3::Y), "edge u is 0, 0, 0, 0 m long");
-        refused(&plane(DVec3::X, DVec3::Y * 1e-9), "edge v is 0, 0.000000001, 0");
+        refused(&plane(DVec3::X, DVec3::Y * 1e-9), "edge v is 0, 1e-9, 0, 1e-9 m long");
         refused(&plane(DVec3::X, DVec3::X * -2.0), "lie along one line");
         refused(&GridSpec { n: Some([2000, 2000]), ..plane(DVec3::X, DVec3::Y) }, "at most 1000000");
         let unknown = spec(GridPlace::Surface("flor".to_owned()));
