@@ -25,7 +25,6 @@ pub mod kernel;
 mod light_shots;
 pub mod lighting;
 pub mod lights;
-pub mod memory;
 mod probe;
 mod receivers;
 mod relight;
