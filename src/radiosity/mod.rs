@@ -20,6 +20,7 @@ pub mod checkpoint;
 mod diagnostics;
 #[cfg(feature = "exact")]
 mod exact;
+mod emitters;
 mod form_factors;
 pub mod kernel;
 mod light_shots;
@@ -27,6 +28,7 @@ pub mod lighting;
 pub mod lights;
 mod probe;
 mod receivers;
+pub mod refine;
 mod relight;
 mod row;
 mod rows;
@@ -193,8 +195,10 @@ pub struct UnshotRadiosity {
 /// What is known of a patch whose form factors were cast.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShooterRecord {
-    /// Its index.
+    /// Its index; parts of emitting surfaces count on from the last patch.
     pub patch: u32,
+    /// Its area (m^2).
+    pub area_m2: f64,
     /// Share of its power that leaves through openings.
     pub lost: f64,
     /// Share that falls on backs of one-sided surfaces.

@@ -12,6 +12,12 @@ use super::form_factors::{Row, StrayShares};
 use super::state::{Known, State};
 use crate::mesh::{Mesh, PatchId};
 
+/// What is known of a shooter of `area_m2` once its row was cast.
+pub(super) fn known(mesh: &Mesh, area_m2: f64, row: &Row, stray: StrayShares) -> Known {
+    let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
+    Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back }
+}
+
 /// The rows themselves; which ones are kept is the state's.
 #[derive(Default)]
 pub(super) struct RowStore {
@@ -33,11 +39,8 @@ impl RowStore {
         stray: StrayShares,
         max_bytes: u64,
     ) {
-        state.known.entry(patch.0).or_insert_with(|| {
-            let area_m2 = mesh.patches[patch.0 as usize].area_m2;
-            let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
-            Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back }
-        });
+        let area_m2 = mesh.patches[patch.0 as usize].area_m2;
+        state.known.entry(patch.0).or_insert_with(|| known(mesh, area_m2, row, stray));
         if state.kept.n_bytes + row.n_bytes() <= max_bytes {
             state.kept.n_bytes += row.n_bytes();
             state.kept.patches.insert(patch.0);

@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! lights --direct--> E, unshot E
+//! steps of large scenes: parts of emitting surfaces (`emitters.rs`) --row--> direct E
 //! step: patch with most unshot power --row of form factors--> E, unshot E of every element and vertex --> account
 //! past `max_shooters`, or where rays are cheaper: steps of `stochastic/`
 //! ```
@@ -16,11 +17,12 @@
 use rayon::prelude::*;
 
 use super::checkpoint::Checkpoint;
-use super::form_factors::{Aim, FormFactors, Row, StrayShares};
+use super::emitters::{self, Emitter};
+use super::form_factors::{FormFactors, Row, ShooterId, StrayShares};
 use super::light_shots::{self, LightShot};
 use super::receivers::Receivers;
 use super::row::ROW_BLOCK;
-use super::rows::RowStore;
+use super::rows::{self, RowStore};
 use super::state::{State, magnitude};
 use super::stochastic::{self, Stochastic};
 use super::{FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
@@ -87,6 +89,8 @@ pub(super) struct Solver<'a> {
     offset_m: f64,
     optics: Vec<PatchOptics>,
     exitance: Vec<Rgb>,
+    /// Of scenes that will end stochastically.
+    emitters: Vec<Emitter>,
     /// While there are kernel shots.
     receivers: Option<Receivers>,
     rows: RowStore,
@@ -114,6 +118,12 @@ impl<'a> Solver<'a> {
             offset_m,
             optics: optics.collect(),
             exitance: mesh.patches.iter().map(|p| scene.surfaces[p.surface.0 as usize].exitance).collect(),
+            emitters: match mesh.patches.len() > options.max_shooters
+                && options.form_factors == FormFactorMethod::Vertex
+            {
+                true => emitters::of(scene, mesh),
+                false => Vec::new(),
+            },
             receivers: None,
             rows: RowStore::default(),
             stochastic: None,
@@ -145,14 +155,15 @@ impl<'a> Solver<'a> {
         self.optics[patch.0 as usize].reflectance
     }
 
-    pub(super) fn exitance(&self, patch: PatchId) -> Rgb {
-        self.exitance[patch.0 as usize]
-    }
-
     /// One shot, or one chunk of stochastic rays; false, and nothing done, when the solve is over.
     pub(super) fn step(&mut self, state: &mut State, caster: &mut dyn RayCaster) -> Result<bool, SolveError> {
         if state.stochastic.is_none() {
             let emitted = magnitude(state.account.emitted_w);
+            // A surface is not left with some of its parts shot: what is unshot is known by patch.
+            let may_shoot = state.n_shots < self.options.max_shots || self.is_inside_emitter(state);
+            if may_shoot && self.shoot_emitters(state, caster)? {
+                return Ok(true);
+            }
             if state.n_shots >= self.options.max_shots
                 || state.unshot_power_w() <= self.options.unshot_share * emitted
             {
@@ -221,19 +232,20 @@ impl<'a> Solver<'a> {
     ) -> Result<(), SolveError> {
         self.need_receivers();
         if self.rows.get(patch).is_none() && state.kept.patches.contains(&patch.0) {
-            let (mut batch, _) = self.cast_rows(&[patch], caster)?;
-            self.rows.restore(patch, batch.swap_remove(0).1);
+            let (mut batch, _) = self.cast_rows(&[ShooterId::Patch(patch)], caster)?;
+            self.rows.restore(patch, batch.swap_remove(0).0);
         }
         if let Some(row) = self.rows.get(patch) {
             shoot(self.mesh, &self.optics, state, patch, row);
         } else {
-            let (mut batch, n_rays) = self.cast_rows(&self.strongest_without_row(state), caster)?;
+            let patches = self.strongest_without_row(state);
+            let shooters: Vec<ShooterId> = patches.iter().copied().map(ShooterId::Patch).collect();
+            let (mut batch, n_rays) = self.cast_rows(&shooters, caster)?;
             state.n_rays += n_rays;
-            for (aim, row, stray) in &batch {
-                let max_bytes = self.options.max_row_bytes;
-                self.rows.keep(state, self.mesh, aim.patch, row, *stray, max_bytes);
+            for (patch, (row, stray)) in patches.iter().zip(&batch) {
+                self.rows.keep(state, self.mesh, *patch, row, *stray, self.options.max_row_bytes);
             }
-            let (_, row, _) = batch.swap_remove(0);
+            let (row, _) = batch.swap_remove(0);
             shoot(self.mesh, &self.optics, state, patch, &row);
         }
         self.measure_unshot(state);
@@ -249,10 +261,11 @@ impl<'a> Solver<'a> {
         caster: &mut dyn RayCaster,
     ) -> Result<(), SolveError> {
         self.need_receivers();
-        let (batch, n_rays) = self.cast_rows(patches, caster)?;
+        let shooters: Vec<ShooterId> = patches.iter().map(|p| ShooterId::Patch(*p)).collect();
+        let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
         state.n_rays += n_rays;
-        for (aim, row, stray) in &batch {
-            self.rows.keep(state, self.mesh, aim.patch, row, *stray, u64::MAX);
+        for (patch, (row, stray)) in patches.iter().zip(&batch) {
+            self.rows.keep(state, self.mesh, *patch, row, *stray, u64::MAX);
         }
         Ok(())
     }
@@ -263,39 +276,91 @@ impl<'a> Solver<'a> {
         self.rows.get(patch)
     }
 
-    /// Rows of patches, and how many rays they took.
+    /// True when some parts of an emitting surface have shot, and others have not.
+    fn is_inside_emitter(&self, state: &State) -> bool {
+        let last = (state.n_emitters as usize).checked_sub(1);
+        last.and_then(|e| self.emitters.get(e)).is_some_and(|emitter| !emitter.is_last)
+    }
+
+    /// Shoots the next parts of emitting surfaces, as many as are cast in one query; false when there are none left.
+    pub(super) fn shoot_emitters(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<bool, SolveError> {
+        let n = self.emitters.len();
+        let unshot = |e: &usize| !state.unshot_exitance[self.emitters[*e].patches.0 as usize].is_black();
+        let Some(first) = (state.n_emitters as usize..n).find(unshot) else {
+            state.n_emitters = n as u32;
+            return Ok(false);
+        };
+        let last = (first..n).find(|e| !unshot(e)).unwrap_or(n);
+        self.need_receivers();
+        let last = (first + self.rows_per_query()).min(last);
+        let shooters: Vec<ShooterId> = (first..last).map(|e| ShooterId::Emitter(e as u32)).collect();
+        let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
+        state.n_rays += n_rays;
+        for (e, (row, stray)) in (first..last).zip(&batch) {
+            let Emitter { area_m2, patches, is_last, .. } = self.emitters[e];
+            // All patches of the surface have the same.
+            let exitance = state.unshot_exitance[patches.0 as usize];
+            add_row(state, exitance, Rgb::BLACK, row);
+            let power_w = exitance * area_m2;
+            state.account.lost_w += power_w * stray.lost;
+            state.account.back_w += power_w * stray.back;
+            state
+                .known
+                .insert((self.mesh.patches.len() + e) as u32, rows::known(self.mesh, area_m2, row, *stray));
+            state.n_shots += 1;
+            if is_last {
+                for p in patches.0..patches.1 {
+                    state.unshot_exitance[p as usize] = Rgb::BLACK;
+                }
+            }
+        }
+        state.n_emitters = last as u32;
+        self.measure_unshot(state);
+        Ok(true)
+    }
+
+    /// Rows of shooters, and how many rays they took.
     fn cast_rows(
         &self,
-        patches: &[PatchId],
+        shooters: &[ShooterId],
         caster: &mut dyn RayCaster,
-    ) -> Result<(Vec<(Aim, Row, StrayShares)>, u64), CastError> {
+    ) -> Result<(Vec<(Row, StrayShares)>, u64), CastError> {
         let Some(receivers) = &self.receivers else { return Ok((Vec::new(), 0)) };
         let factors = FormFactors {
             mesh: self.mesh,
             receivers,
+            emitters: &self.emitters,
             seed: self.options.seed,
             offset_m: self.offset_m,
             dense: self.options.dense_visibility,
         };
         let n_emitters = self.exitance.iter().filter(|m| !m.is_black()).count();
-        let is_full =
-            |patch: PatchId| n_emitters <= MAX_FULL_SHOOTERS && !self.exitance[patch.0 as usize].is_black();
-        let wanted: Vec<(PatchId, bool)> = patches.iter().map(|&patch| (patch, is_full(patch))).collect();
+        let is_full = |shooter: &ShooterId| match shooter {
+            ShooterId::Patch(patch) => {
+                n_emitters <= MAX_FULL_SHOOTERS && !self.exitance[patch.0 as usize].is_black()
+            }
+            ShooterId::Emitter(_) => false,
+        };
+        let wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
         let (strays, n_stray_rays) = factors.stray_shares(&wanted, caster)?;
-        let aims: Vec<Aim> = strays.iter().map(|(_, aim)| *aim).collect();
+        let (strays, aims): (Vec<_>, Vec<_>) = strays.into_iter().unzip();
         let rows = factors.rows(&aims, caster)?;
         let n_rays = n_stray_rays + rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
-        let rows = strays.into_iter().zip(rows).map(|((stray, aim), (row, _))| (aim, row, stray));
-        Ok((rows.collect(), n_rays))
+        Ok((rows.into_iter().map(|(row, _)| row).zip(strays).collect(), n_rays))
+    }
+
+    fn rows_per_query(&self) -> usize {
+        let n_receivers = self.receivers.as_ref().map_or(1, |r| r.all.len().max(1));
+        ROWS_PER_QUERY.min(RECEIVERS_PER_QUERY / n_receivers).max(1)
     }
 
     /// The patches with most unshot power that have no row yet, strongest first: theirs are cast next, in one query.
     fn strongest_without_row(&self, state: &State) -> Vec<PatchId> {
-        let n_receivers = self.receivers.as_ref().map_or(1, |r| r.all.len().max(1));
-        let n_rows = match state.kept.full {
-            true => 1,
-            false => ROWS_PER_QUERY.min(RECEIVERS_PER_QUERY / n_receivers).max(1),
-        };
+        let n_rows = if state.kept.full { 1 } else { self.rows_per_query() };
         let mut patches: Vec<(f64, PatchId)> = (0..)
             .map(PatchId)
             .zip(&state.unshot_w)
@@ -345,8 +410,10 @@ impl<'a> Solver<'a> {
             self.need_receivers();
         }
         for batch in missing.chunks(ROWS_PER_QUERY) {
-            for (aim, row, _) in self.cast_rows(batch, caster)?.0 {
-                self.rows.restore(aim.patch, row);
+            let shooters: Vec<ShooterId> = batch.iter().copied().map(ShooterId::Patch).collect();
+            let (rows, _) = self.cast_rows(&shooters, caster)?;
+            for (patch, (row, _)) in batch.iter().zip(rows) {
+                self.rows.restore(*patch, row);
             }
         }
         let rows = patches.iter().filter_map(|p| Some((PatchId(*p), self.rows.get(PatchId(*p))?)));
@@ -373,7 +440,8 @@ impl<'a> Solver<'a> {
         };
         let mut account = state.account;
         for (patch, known) in &state.known {
-            let power_w = state.shot_w[*patch as usize];
+            // Parts of emitting surfaces are in the account already.
+            let Some(power_w) = state.shot_w.get(*patch as usize).copied() else { continue };
             account.lost_w += power_w * known.stray.lost;
             account.back_w += power_w * known.stray.back;
         }
@@ -401,7 +469,7 @@ impl<'a> Solver<'a> {
             vertex_irradiance: state.vertices,
             account,
             n_shots: state.n_shots,
-            n_shooters: state.shot_w.iter().filter(|w| !w.is_black()).count(),
+            n_shooters: state.shot_w.iter().filter(|w| !w.is_black()).count() + state.n_emitters as usize,
             n_rays: state.n_rays,
             reciprocity: state.reciprocity.unwrap_or_default(),
             error_estimate: relight::combined(state.earlier_error, error),
@@ -453,6 +521,13 @@ fn shoot(mesh: &Mesh, optics: &[PatchOptics], state: &mut State, patch: PatchId,
 
 /// Radiosity `direct` and `indirect` (W/m^2) of a patch arrives everywhere.
 pub(super) fn deposit(mesh: &Mesh, state: &mut State, patch: PatchId, direct: Rgb, indirect: Rgb, row: &Row) {
+    add_row(state, direct, indirect, row);
+    state.shot_w[patch.0 as usize] += (direct + indirect) * mesh.patches[patch.0 as usize].area_m2;
+    state.n_shots += 1;
+}
+
+/// What a shooter of these radiosities (W/m^2) adds everywhere.
+fn add_row(state: &mut State, direct: Rgb, indirect: Rgb, row: &Row) {
     let total = direct + indirect;
     let per_task = BLOCKS_PER_TASK * ROW_BLOCK;
     state.elements.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
@@ -473,6 +548,4 @@ pub(super) fn deposit(mesh: &Mesh, state: &mut State, patch: PatchId, direct: Rg
             });
         }
     });
-    state.shot_w[patch.0 as usize] += total * mesh.patches[patch.0 as usize].area_m2;
-    state.n_shots += 1;
 }

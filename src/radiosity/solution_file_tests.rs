@@ -21,7 +21,7 @@ fn stored() -> (Geometry, Stored) {
         reciprocity: ReciprocityError { n_pairs: 3, rms: 0.002, max: 0.03 },
         error_estimate: Some(estimate),
         unshot: vec![UnshotRadiosity { emitted: Rgb::BLACK, reflected: Rgb([0.1, -0.2, 0.3]) }],
-        shooters: vec![ShooterRecord { patch: 0, lost: 0.25, back: 0.125, row_sum: 0.999 }],
+        shooters: vec![ShooterRecord { patch: 0, area_m2: 1.0, lost: 0.25, back: 0.125, row_sum: 0.999 }],
         earlier: Some(EarlierWork { n_solves: 1, n_shots: 9, n_rays: 90 }),
         exact: false,
     };
@@ -106,8 +106,6 @@ fn solution_with_lists_or_numbers_that_cannot_be_is_refused_with_their_place() {
     assert!(text.contains("entry 2 of VERT is no finite irradiance"), "{text}");
     let text = fault(&|_, s| s.solution.unshot[0].emitted.0[0] = f64::INFINITY);
     assert!(text.contains("entry 0 of REST"), "{text}");
-    let text = fault(&|_, s| s.solution.shooters[0].patch = 1);
-    assert!(text.contains("patch 1 in SHOT, there are 1"), "{text}");
     let text = fault(&|_, s| s.lighting.surfaces[0].reflectance.0[2] = 1.5);
     assert!(text.contains("surface 1 with"), "{text}");
 }
@@ -142,7 +140,7 @@ fn solution_file_of_the_document_has_the_bytes_that_it_shows() {
         reciprocity: ReciprocityError::default(),
         error_estimate: None,
         unshot: vec![UnshotRadiosity { emitted: Rgb::BLACK, reflected: Rgb::splat(0.25) }],
-        shooters: vec![ShooterRecord { patch: 0, lost: 0.0, back: 0.0, row_sum: 1.0 }],
+        shooters: vec![ShooterRecord { patch: 0, area_m2: 1.0, lost: 0.0, back: 0.0, row_sum: 1.0 }],
         earlier: None,
         exact: false,
     };

@@ -38,13 +38,13 @@ pub(super) struct Known {
 impl Known {
     pub(super) fn record(&self, patch: u32) -> ShooterRecord {
         let StrayShares { lost, back } = self.stray;
-        ShooterRecord { patch, lost, back, row_sum: self.row_sum }
+        ShooterRecord { patch, area_m2: self.area_m2, lost, back, row_sum: self.row_sum }
     }
 
-    pub(super) fn of(record: &ShooterRecord, mesh: &Mesh) -> Known {
+    pub(super) fn of(record: &ShooterRecord) -> Known {
         Known {
             stray: StrayShares { lost: record.lost, back: record.back },
-            area_m2: mesh.patches[record.patch as usize].area_m2,
+            area_m2: record.area_m2,
             row_sum: record.row_sum,
         }
     }
@@ -78,7 +78,7 @@ pub(super) struct State {
     pub account: EnergyAccount,
     pub n_shots: usize,
     pub n_rays: u64,
-    /// The record of every shooter, by patch.
+    /// The record of every shooter, by patch; parts of emitting surfaces count on from the last patch.
     pub known: BTreeMap<u32, Known>,
     pub kept: KeptRows,
     /// Measured when the rows are given up.
@@ -86,6 +86,8 @@ pub(super) struct State {
     /// The solves that this one goes on from, and the error that they had.
     pub earlier: Option<EarlierWork>,
     pub earlier_error: Option<ErrorEstimate>,
+    /// Parts of emitting surfaces that have shot.
+    pub n_emitters: u32,
     /// Once kernel shots are over.
     pub stochastic: Option<StochasticState>,
 }
@@ -110,6 +112,7 @@ impl State {
             reciprocity: None,
             earlier: None,
             earlier_error: None,
+            n_emitters: 0,
             stochastic: None,
         }
     }
@@ -121,7 +124,6 @@ impl State {
         of_patches == [mesh.patches.len(); 4]
             && self.elements.len() == mesh.elements.len()
             && self.vertices.len() == mesh.vertices.len()
-            && self.known.keys().all(|p| (*p as usize) < mesh.patches.len())
             && self.kept.patches.iter().all(|p| (*p as usize) < mesh.patches.len())
     }
 

@@ -71,16 +71,17 @@ impl Tally {
         let power = source.ray_power_w.0.map(|w| (w * unit) as i64);
         let weight = magnitude(source.ray_power_w) * unit;
         let (mut lost, mut back) = (0, 0);
-        for (i, hit) in hits.iter().enumerate() {
-            let Some(hit) = hit else {
+        let mut hits = hits.iter();
+        source.bundle.for_each_ray(|ray| {
+            let Some(Some(hit)) = hits.next() else {
                 lost += 1;
-                continue;
+                return;
             };
             let Some(patch) = mesh.patch_of_hit(hit.patch, hit.facing) else {
                 back += 1;
-                continue;
+                return;
             };
-            let place = mesh.locate(patch, source.bundle.ray(i).at(hit.t));
+            let place = mesh.locate(patch, ray.at(hit.t));
             let (s, t) = (place.st.x, place.st.y);
             let cells = &self.cells[place.element.0 as usize];
             let values = [
@@ -95,7 +96,7 @@ impl Tally {
             for (cell, value) in cells.iter().zip(values) {
                 cell.fetch_add(value, Ordering::Relaxed);
             }
-        }
+        });
         (lost, back)
     }
 

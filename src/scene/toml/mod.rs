@@ -40,7 +40,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let materials = materials::resolve(&source, raw.materials, &mut warnings)?;
     let surfaces = surfaces::resolve(&source, raw.surface, &materials)?;
     let lights = raw.light.into_iter().map(|l| lights::resolve(&source, l)).collect::<Result<Vec<_>, _>>()?;
-    let meshing = meshing::resolve(&source, raw.meshing, &surfaces, &mut warnings)?;
+    let meshing = meshing::resolve(&source, raw.meshing, &surfaces)?;
     if lights.is_empty() && surfaces.iter().all(|s| s.exitance.is_black()) {
         warnings.push(format!("{}: nothing emits light: the picture will be black", path.display()));
     }
