@@ -9,9 +9,8 @@ use super::args::InfoArgs;
 use super::plan::DEFAULT_BOARD;
 use super::{CliError, Outcome, plan};
 use crate::frame::{self, Inspected};
-use crate::mesh::Mesh;
-use crate::radiosity::SolveOptions;
-use crate::radiosity::memory::HostMemory;
+use crate::mesh::{Element, ElementId, Mesh, Patch, Vertex};
+use crate::radiosity::SplitIrradiance;
 use crate::report::si::{bytes, si, vector};
 use crate::scene::{MeshTarget, Scene, Shape};
 use crate::units::Rgb;
@@ -186,28 +185,32 @@ fn scene_text(inspected: &Inspected) -> String {
     out
 }
 
-/// Bytes by element, vertex and patch, and of all.
+/// Bytes by element, vertex and patch, and of all: of the mesh, and of a solution.
 fn memory_table(out: &mut String, mesh: &Mesh) {
-    let memory = HostMemory::of(mesh, &SolveOptions::default());
+    let [elements, vertices, patches] = [mesh.elements.len(), mesh.vertices.len(), mesh.patches.len()];
+    let corners: usize = mesh.elements.iter().map(|e| e.corners.vertices().len()).sum();
+    // Each corner is listed at its vertex, and each vertex knows where its list starts.
+    let listed = (corners * size_of::<ElementId>()).div_ceil(elements.max(1));
+    let irradiance = size_of::<SplitIrradiance>();
+    let rows = [
+        (
+            "mesh",
+            [size_of::<Element>() + listed, size_of::<Vertex>() + size_of::<u32>(), size_of::<Patch>()],
+            mesh.memory_bytes() as u64,
+        ),
+        ("solution", [irradiance, irradiance, 0], ((elements + vertices) * irradiance) as u64),
+    ];
     let _ = writeln!(
         out,
-        "memory     {:<18} {:>11} {:>11} {:>11} {:>12}",
-        "host", "an element", "a vertex", "a patch", "all"
+        "memory     {:<10} {:>10} {:>10} {:>10} {:>10}",
+        "", "element", "vertex", "patch", "all"
     );
-    let parts = [("mesh", memory.mesh), ("solution", memory.solution), ("solve, beside both", memory.solve)];
-    for (name, part) in parts {
-        let each = [part.element_bytes, part.vertex_bytes, part.patch_bytes];
-        let [element, vertex, patch] =
-            each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
-        let all = bytes(memory.total_bytes(part));
-        let _ = writeln!(out, "           {name:<18} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
+    for (name, each, all) in rows {
+        let [element, vertex, patch] = each.map(|b| bytes(b as u64));
+        let _ =
+            writeln!(out, "           {name:<10} {element:>10} {vertex:>10} {patch:>10} {:>10}", bytes(all));
     }
-    let _ = writeln!(
-        out,
-        "           rows of form factors: up to {} a patch that shoots, {} in all",
-        bytes(memory.row_bytes),
-        bytes(memory.max_row_bytes)
-    );
+    let _ = writeln!(out, "           numbers    {elements:>10} {vertices:>10} {patches:>10}");
 }
 
 fn rgb(c: Rgb) -> String {

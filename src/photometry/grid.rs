@@ -113,6 +113,12 @@ pub enum GridError {
         /// The surface.
         name: String,
     },
+    /// A surface without coordinates of its own.
+    #[error("surface '{name}' has no (s,t) of its own: describe a plane with --grid, --edge-u and --edge-v")]
+    NoCoordinates {
+        /// The surface.
+        name: String,
+    },
     /// Too many points.
     #[error("a grid of {n_u} x {n_v} points: at most {MAX_GRID_POINTS} are possible")]
     TooMany {

@@ -18,7 +18,12 @@ use crate::mesh::{Mesh, PatchId};
 use crate::scene::{Shape, Surface, SurfaceId};
 
 /// Cell centres on the front of `surface`.
-pub(super) fn lay_on(spec: &GridSpec, mesh: &Mesh, surface: &Surface, id: SurfaceId) -> Result<Grid, GridError> {
+pub(super) fn lay_on(
+    spec: &GridSpec,
+    mesh: &Mesh,
+    surface: &Surface,
+    id: SurfaceId,
+) -> Result<Grid, GridError> {
     let facets = Facets::of(mesh, id);
     let area_m2 = surface.shape.area_m2();
     if spec.border_m > 0.0 && !matches!(surface.shape, Shape::Quad(_)) {
@@ -73,6 +78,9 @@ pub(super) fn lay_on(spec: &GridSpec, mesh: &Mesh, surface: &Surface, id: Surfac
                 (base.lerp(top, t) + radius * out, if inward { -out } else { out }, area_m2)
             })
         }
+        // Shapes of many faces have no one (s,t).
+        #[allow(unreachable_patterns)]
+        _ => Err(GridError::NoCoordinates { name: surface.name.clone() }),
     }
 }
 
