@@ -502,6 +502,7 @@ fn load_and_mesh(
     }
     scene.warnings.extend(warnings::more_elements(scene.meshing.target, n));
     let mesh = timings.measure("mesh", || Mesh::build(&scene));
+    scene.warnings.extend(warnings::t_junctions(&scene, &mesh));
     Ok((scene, mesh))
 }
 

@@ -33,8 +33,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     )?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     let mut picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
-    picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
     picture.ambient = args.ambient;
+    picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
     let mut frame = frame::render_frame(&args.scene, &options, &picture, &mut |p| bars.show(p))?;
@@ -123,10 +123,10 @@ fn document(
         caster: frame.caster,
         options: picture,
         pictures,
+        ambient_w_m2: frame.ambient,
         false_colour,
         mean_luminance_w_m2_sr: frame.rendering.film.mean_luminance(),
         mean_luminance_cd_m2: LUMENS_PER_WATT * frame.rendering.film.mean_luminance(),
-        ambient_w_m2: frame.ambient,
         n_camera_rays: frame.rendering.n_camera_rays,
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
         pass_1: PassOneReport::new(

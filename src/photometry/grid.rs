@@ -107,6 +107,15 @@ pub enum GridError {
         /// Lengths of the area (m).
         size_m: [f64; 2],
     },
+    /// A surface without coordinates of its own.
+    #[error(
+        "surface '{name}' is made of a model file's faces, which have no common (s,t): expected a plane grid (corner and \
+         edges), or a quad, triangle, disk, sphere or cylinder"
+    )]
+    Faces {
+        /// The surface.
+        name: String,
+    },
     /// A border where there is none.
     #[error("surface '{name}' is no quad: a border is left out of quads and planes only")]
     NoBorder {

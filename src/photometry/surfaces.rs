@@ -78,9 +78,7 @@ pub(super) fn lay_on(
                 (base.lerp(top, t) + radius * out, if inward { -out } else { out }, area_m2)
             })
         }
-        // Shapes of many faces have no one (s,t).
-        #[allow(unreachable_patterns)]
-        _ => Err(GridError::NoCoordinates { name: surface.name.clone() }),
+        Shape::Faces(_) => Err(GridError::Faces { name: surface.name.clone() }),
     }
 }
 

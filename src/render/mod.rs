@@ -47,10 +47,10 @@ pub struct RenderOptions {
     pub reconstruct: Method,
     /// Seed of every sampling pattern.
     pub seed: u64,
-    /// Keep the irradiance on the surfaces that pixels show first, too.
-    pub irradiance: bool,
     /// Add the ambient term of what pass 1 left unshot; see `radiosity::ambient`.
     pub ambient: bool,
+    /// Keep the irradiance on the surfaces that pixels show first, too.
+    pub irradiance: bool,
 }
 
 impl Default for RenderOptions {
@@ -63,8 +63,8 @@ impl Default for RenderOptions {
             max_depth: 6,
             reconstruct: Method::Hermite,
             seed: 1,
-            irradiance: false,
             ambient: false,
+            irradiance: false,
         }
     }
 }

@@ -172,10 +172,10 @@ pub struct RenderReport {
     pub options: RenderOptions,
     /// Files written.
     pub pictures: Vec<PictureFact>,
-    /// False-colour pictures written.
-    pub false_colour: Vec<ScaledPicture>,
     /// Ambient irradiance that was added to the stored light for the picture (W/m^2), in no account; null when none was.
     pub ambient_w_m2: Option<Rgb>,
+    /// False-colour pictures written.
+    pub false_colour: Vec<ScaledPicture>,
     /// Mean luminance of the picture (W/m^2/sr).
     pub mean_luminance_w_m2_sr: f64,
     /// The same as the eye takes it (cd/m^2).

@@ -189,6 +189,8 @@ pub fn trace_summary(r: &TraceReport) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use super::*;
     use crate::report::observed::{IntervalReport, KindReport, LivesReport, RootReport, phases};
 
