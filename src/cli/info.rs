@@ -195,7 +195,7 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
     let memory = HostMemory::of(mesh, &SolveOptions::default());
     let _ = writeln!(
         out,
-        "memory     {:<18} {:>11} {:>11} {:>11} {:>12}",
+        "memory     {:<26} {:>11} {:>11} {:>11} {:>12}",
         "host", "an element", "a vertex", "a patch", "all"
     );
     let parts = [
@@ -209,7 +209,7 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
         let [element, vertex, patch] =
             each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
         let all = bytes(memory.total_bytes(part));
-        let _ = writeln!(out, "           {name:<18} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
+        let _ = writeln!(out, "           {name:<26} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
     }
     let _ = writeln!(
         out,
