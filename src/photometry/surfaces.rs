@@ -36,6 +36,7 @@ pub(super) fn lay_on(
         })
     };
     match surface.shape {
+        Shape::Faces(_) => Err(GridError::Faces { name: surface.name.clone() }),
         Shape::Quad([a, b, c, d]) => {
             let mean = |x: DVec3, y: DVec3| 0.5 * (x.length() + y.length());
             let normal = (b - a).cross(c - a).normalize_or_zero();
