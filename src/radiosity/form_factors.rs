@@ -21,6 +21,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::kernel::Source;
+use super::near_field::{self, Extent};
 use super::receivers::Receivers;
 use super::row::SparseRow;
 use crate::geom::{Ray, tangent_frame};
@@ -129,7 +130,7 @@ impl FormFactors<'_> {
         let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
-        let kernels: Vec<f64> = receivers
+        let mut kernels: Vec<f64> = receivers
             .par_iter()
             .enumerate()
             .with_min_len(1024)
@@ -138,6 +139,7 @@ impl FormFactors<'_> {
                 if is_own { 0.0 } else { shooter.source.form_factor(r.point, r.normal) }
             })
             .collect();
+        self.integrate_near(&shooter, &mut kernels);
         let dense = full || self.dense;
         let looks = (0..receivers.len())
             .into_par_iter()
@@ -148,6 +150,27 @@ impl FormFactors<'_> {
             })
             .collect();
         Plan { shooter, dense, kernels, looks }
+    }
+
+    /// Makes the kernels of elements close to the shooter, whose mean four points do not give, add up to that mean.
+    fn integrate_near(&self, shooter: &Shooter, kernels: &mut [f64]) {
+        let starts = &self.receivers.element_starts;
+        let means: Vec<(usize, f64)> = (self.receivers.extents.par_iter().enumerate().with_min_len(1024))
+            .filter(|(_, extent)| extent.is_near(&shooter.extent))
+            .filter_map(|(e, _)| {
+                let element = &self.mesh.elements[e];
+                let polygon = self.mesh.polygon(&element.corners);
+                let mean = || near_field::mean_form_factor(&shooter.source, &polygon, element.normal);
+                (!shooter.is_own(element.patch)).then(|| (e, mean()))
+            })
+            .collect();
+        for (e, mean) in means {
+            let points = starts[e] as usize..starts[e + 1] as usize;
+            let by_points: f64 = points.clone().map(|i| self.receivers.all[i].weight * kernels[i]).sum();
+            for kernel in &mut kernels[points] {
+                *kernel = if by_points > 0.0 { *kernel * (mean / by_points) } else { mean };
+            }
+        }
     }
 
     /// A row from what its rays saw, in the order of [`FormFactors::bundles`].
@@ -348,6 +371,7 @@ struct Shooter {
     patch: PatchId,
     twin: Option<PatchId>,
     source: Source,
+    extent: Extent,
     normal: DVec3,
     centre: DVec3,
     /// Source points on the patch (m), one a stratum, and the same lifted off it.
@@ -373,6 +397,7 @@ impl Shooter {
             patch: id,
             twin: patch.twin,
             source: Source::new(&corners),
+            extent: Extent::of(&corners),
             normal: patch.normal,
             centre: corners.iter().sum::<DVec3>() / corners.len() as f64,
             points,

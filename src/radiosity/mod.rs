@@ -19,6 +19,7 @@ mod form_factors;
 pub mod kernel;
 mod light_shots;
 pub mod lights;
+mod near_field;
 mod probe;
 mod receivers;
 mod row;
