@@ -4,6 +4,7 @@
 //! render_frame:   Scene::load -> Mesh::build -> caster -> radiosity::solve -> render::render -> Frame (film)
 //! solve_scene:    Scene::load -> Mesh::build -> caster -> radiosity::solve -> Solved
 //! probe_scene:    ... -> radiosity::solve -> radiosity::probe -> Probed
+//! probe_grid:     ... -> Grid -> radiosity::solve -> radiosity::probe_many -> GridProbed
 //! simulate_scene: ... -> the rays of a workload through the board -> Simulated
 //! verify_scene:   both passes, recorded -> those rays through board, oracle and software -> Verified
 //! inspect_scene:  Scene::load -> Mesh::build -> one look through the camera -> Inspected
@@ -11,18 +12,15 @@
 //! Every ray goes through the one port, [`crate::raycast::RayCaster`]. Options and outcomes are typed; nothing here
 //! prints or writes a file. Results do not depend on wall time; [`Timings`] only tell it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rtl_model::sim::FifoStatistics;
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
-use serde::{Deserialize, Serialize};
 
 use crate::geom::{DVec3, Ray};
 use crate::mesh::Mesh;
-use crate::radiosity::{
-    self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
-};
+use crate::radiosity::{self, ProbePoint, Solution, SolveOptions, SolveProgress};
 use crate::raycast::board::{BoardCaster, CommandSink, WarmUp};
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
@@ -35,28 +33,22 @@ use crate::units::{Irradiance, Rgb};
 
 mod caster;
 mod error;
+mod grid;
+mod pass_one;
 mod recorded;
 mod verify;
 mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
+pub use grid::{GridFault, GridOptions, GridPointsHidden, GridProbed, probe_grid};
+use pass_one::pass_1;
+pub use pass_one::{PassOne, SolvePlan};
 pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
 pub use verify::{Verified, verify_scene};
 
-/// How pass 1 comes about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PassOne {
-    /// It is computed.
-    Solve(SolveOptions),
-    /// It is read from a file that `solve` wrote, for the same scene and mesh.
-    Load(PathBuf),
-}
-
 /// What every product needs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrameOptions {
     /// Wanted elements, instead of the scene file's `[meshing]`.
     pub elements: Option<u32>,
@@ -73,6 +65,8 @@ pub enum Progress {
     Solve(SolveProgress),
     /// Pass 2, or whatever else has a known end: the share that is done.
     Render(f64),
+    /// Points of a grid: the share that is done.
+    Probe(f64),
 }
 
 /// What the board counted, by purpose of the rays.
@@ -89,6 +83,8 @@ pub struct Frame {
     pub solution: Solution,
     /// The options that pass 1 was run with, here or when its file was written.
     pub solve_options: SolveOptions,
+    /// Ambient irradiance that was added to the stored light for the picture (W/m^2).
+    pub ambient: Option<Rgb>,
     /// Pass 2: the film.
     pub rendering: Rendering,
     /// Name of the caster.
@@ -216,9 +212,12 @@ pub fn render_frame(
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let (solution, solve_options) =
         pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let ambient = picture.ambient.then(|| radiosity::ambient::irradiance(&scene, &mesh, &solution));
+    let shown = ambient.map(|e| radiosity::ambient::added(&solution, e));
     let rendering = timings.measure("pass 2", || {
         let progress = &mut |share| progress(Progress::Render(share));
-        render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
+        let lit = shown.as_ref().unwrap_or(&solution);
+        render::render(&scene, &camera, &mesh, lit, caster.port(), picture, progress)
     })?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
@@ -231,6 +230,7 @@ pub fn render_frame(
         mesh,
         solution,
         solve_options,
+        ambient,
         rendering,
         timings,
         warnings,
@@ -514,24 +514,6 @@ fn warn_of_lights(scene: &mut Scene, mesh: &Mesh, caster: &mut Caster) {
     scene.warnings.extend(warnings);
 }
 
-fn pass_1(
-    scene: &Scene,
-    mesh: &Mesh,
-    caster: &mut dyn RayCaster,
-    how: &PassOne,
-    timings: &mut Timings,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<(Solution, SolveOptions), FrameError> {
-    timings.measure("pass 1", || match how {
-        PassOne::Load(file) => Ok(radiosity::solution_file::load(file, scene, mesh)?),
-        PassOne::Solve(options) => {
-            let progress = &mut |p| progress(Progress::Solve(p));
-            let solution = radiosity::solve(scene, mesh, caster, options, progress)?;
-            Ok((solution, *options))
-        }
-    })
-}
-
 /// Pass 2 over a scene without stored light: the camera rays are exactly those of a picture.
 fn look_through(
     scene: &Scene,
@@ -541,15 +523,7 @@ fn look_through(
     picture: &RenderOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Rendering, FrameError> {
-    let dark = Solution {
-        element_irradiance: vec![SplitIrradiance::default(); mesh.elements.len()],
-        vertex_irradiance: vec![SplitIrradiance::default(); mesh.vertices.len()],
-        account: EnergyAccount::default(),
-        n_shots: 0,
-        n_shooters: 0,
-        n_rays: 0,
-        row_sum_error: RowSumError::default(),
-    };
+    let dark = Solution::dark(mesh);
     let picture = RenderOptions { reconstruct: Method::Constant, ..picture.clone() };
     Ok(render::render(scene, camera, mesh, &dark, caster, &picture, progress)?)
 }

@@ -14,6 +14,7 @@ use crate::radiosity::SolveError;
 use crate::raycast::CastError;
 use crate::scene::SceneError;
 
+pub mod adaptive;
 mod amdahl;
 mod balance;
 mod descriptors;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Scene, grids --tessellate, fronts then backs--> patches --edge table--> pairs of patch edges
-//!              --midpoints, union of corners across smooth joins--> vertices --split 2 x 2--> elements
+//!              --union of corners across smooth joins--> vertices --quadtrees, 2:1 balance--> elements
 //! ```
 //! Two patch edges are one when their ends are the same points and they run in opposite directions; they join when
 //! they belong to one surface side, or to the same side of two surfaces of one non-zero smooth group whose normals
@@ -11,10 +11,11 @@
 
 use super::junctions::{BorderEdge, count_t_junctions};
 use super::plan::{Grid, plan_bounded, weld_tolerance_m};
-use super::split::{NONE, facet, link_neighbours, split};
+use super::split::{NONE, Pieces, facet, split};
+use super::subdivision::{Subdivision, SubdivisionError};
 use super::tessellate::{tessellate, true_normal};
 use super::weld::{DisjointSets, Welder};
-use super::{Corners, Element, ElementId, Mesh, Patch, PatchId, SurfacePatches, Vertex, VertexId};
+use super::{Corners, Element, ElementId, Mesh, Patch, PatchId, Place, SurfacePatches, Vertex, VertexId};
 use crate::geom::DVec3;
 use crate::raycast::Facing;
 use crate::scene::{Scene, SurfaceId};
@@ -29,6 +30,8 @@ struct Draft {
     /// Welded position of each corner.
     position_ids: Vec<u32>,
     patches: Vec<Patch>,
+    /// Patches that are one element until something splits them.
+    whole: Vec<bool>,
     surfaces: Vec<SurfacePatches>,
     n_cast_patches: usize,
 }
@@ -43,23 +46,49 @@ struct EdgeRecord {
 
 pub(super) fn build(scene: &Scene) -> Mesh {
     let draft = draft(scene, &plan_bounded(scene));
+    let initial = draft.initial();
+    // What was just made has one tree a patch.
+    assemble(scene, draft, initial).unwrap_or_else(|fault| panic!("an initial subdivision {fault}"))
+}
+
+pub(super) fn build_with(scene: &Scene, subdivision: &Subdivision) -> Result<Mesh, SubdivisionError> {
+    assemble(scene, draft(scene, &plan_bounded(scene)), subdivision.clone())
+}
+
+fn assemble(scene: &Scene, draft: Draft, mut subdivision: Subdivision) -> Result<Mesh, SubdivisionError> {
+    let (found, expected) = (subdivision.n_patches(), draft.patches.len() as u32);
+    if found != expected {
+        return Err(SubdivisionError::Patches { found, expected });
+    }
     let mut sets = DisjointSets::new(draft.points.len());
     let (across, n_t_junctions) = pair_edges(scene, &draft, &mut sets);
-    let Draft { points, mut patches, surfaces, n_cast_patches, .. } = draft;
-    let (mut vertices, mut elements) = split(points, &mut patches, &across, &mut sets);
-    link_neighbours(&patches, &across, &mut elements);
+    let Draft { points, patches: uncut, surfaces, n_cast_patches, .. } = draft;
+    let (patches, pieces) = loop {
+        let mut patches = uncut.clone();
+        let leaves = subdivision.leaves()?;
+        let pieces = split(points.clone(), &mut patches, &across, &mut sets, &leaves);
+        if pieces.too_coarse.is_empty() {
+            break (patches, pieces);
+        }
+        // A split may make the next neighbour too coarse: rounds until none is, at most one a level.
+        let mut flags = vec![false; pieces.elements.len()];
+        pieces.too_coarse.iter().for_each(|e| flags[e.0 as usize] = true);
+        subdivision = subdivision.split(&flags);
+    };
+    let Pieces { mut vertices, elements, hanging, .. } = pieces;
     let (vertex_element_starts, vertex_elements) = rows_around(&vertices, &elements);
     finish_vertices(scene, &patches, &elements, &mut vertices);
-    Mesh {
+    Ok(Mesh {
         vertices,
         elements,
         patches,
         surfaces,
         n_cast_patches,
         n_t_junctions,
+        hanging,
         vertex_element_starts,
         vertex_elements,
-    }
+    })
 }
 
 fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
@@ -68,6 +97,7 @@ fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
         points: Vec::new(),
         position_ids: Vec::new(),
         patches: Vec::new(),
+        whole: Vec::new(),
         surfaces: Vec::with_capacity(scene.surfaces.len()),
         n_cast_patches: 0,
     };
@@ -89,6 +119,12 @@ fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
 }
 
 impl Draft {
+    /// 2 x 2 elements a patch, one where the tessellation says so.
+    fn initial(&self) -> Subdivision {
+        let n = self.patches.len() as u32;
+        Subdivision::new(n, |patch, place| place == Place::ROOT && !self.whole[patch as usize])
+    }
+
     fn add_side(
         &mut self,
         scene: &Scene,
@@ -105,7 +141,8 @@ impl Draft {
             self.points.push(at);
         }
         let start = self.patches.len() as u32;
-        for corners in cut.patches {
+        for (k, corners) in cut.patches.into_iter().enumerate() {
+            self.whole.push(cut.whole.get(k) == Some(&true));
             let corners = if side == Facing::Back { corners.flipped() } else { corners };
             let corners = corners.map(|v| VertexId(v.0 + base));
             let (normal, area_m2) = facet(&self.points, &corners);

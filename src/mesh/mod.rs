@@ -1,15 +1,18 @@
 //! Surfaces cut into patches (what the board sees and what shoots) and elements (what receives and is drawn).
 //!
 //! ```text
-//! Scene --> surfaces --> patches (2 x 2 elements each) --> quad / triangle elements
+//! Scene --> surfaces --> patches (a quadtree each) --> quad / triangle elements
 //!                        vertices shared where surfaces continue each other; neighbours and continuity per edge
 //! ```
 //! A patch is one-sided. A two-sided surface has a second set of patches, its backs, wound the other way:
 //! `Patch::twin` leads from one side to the other. Casters know the fronts only, ids `0..n_cast_patches`.
 //! Element geometry lies exactly in its patch (curved surfaces are faceted by patches), so a ray that leaves an
-//! element never starts behind the patch that the casters know.
+//! element never starts behind the patch that the casters know. Patches never change: a [`Subdivision`] says how each
+//! is cut, 2 x 2 at first (an imported face that is small already stays whole), and the same scene meshed by another
+//! one has the same patches, so that a caster made before a refinement serves after it.
 //!
-//! Not modelled yet: adaptive subdivision.
+//! Balance is 2:1: over an edge lie at most two elements. Where two lie, the vertex between them hangs on the edge
+//! of the coarse one ([`Hanging`]): only the fine ones have it as a corner.
 
 use std::ops::Range;
 
@@ -23,11 +26,14 @@ mod inverse;
 mod junctions;
 mod plan;
 mod split;
+mod subdivision;
 mod tessellate;
 mod weld;
 
 #[cfg(test)]
 pub(crate) mod tests;
+
+pub use subdivision::{MAX_LEVEL, Place, Subdivision, SubdivisionError};
 
 /// Abscissae of the two-point Gauss rule on [0, 1]: (1 -+ 1/sqrt 3) / 2.
 const GAUSS_2: (f64, f64) = (0.211_324_865_405_187_1, 0.788_675_134_594_812_9);
@@ -57,8 +63,12 @@ pub struct Mesh {
     pub surfaces: Vec<SurfacePatches>,
     /// How many patches the casters know.
     pub n_cast_patches: usize,
-    /// Edges with a hanging vertex on them (gaps of up to one fixed-point step are possible there).
+    /// Edges of the cast geometry with another patch's corner on them (gaps of up to one fixed-point step are possible
+    /// there).
     pub n_t_junctions: usize,
+    /// Vertices on the middle of a coarser element's edge, coarse to fine: what one takes from its coarse edge never
+    /// depends on a later one.
+    pub hanging: Vec<Hanging>,
     /// Compressed rows: elements around vertex v are `around[starts[v]..starts[v + 1]]`.
     vertex_element_starts: Vec<u32>,
     vertex_elements: Vec<ElementId>,
@@ -95,27 +105,45 @@ pub enum Corners {
     Quad([VertexId; 4]),
 }
 
+/// A vertex in the middle of an edge that only the finer side has split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hanging {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// The element whose edge it lies on.
+    pub coarse: ElementId,
+    /// Which edge of it.
+    pub edge: u8,
+    /// Ends of that edge, in the coarse element's winding order.
+    pub ends: [VertexId; 2],
+    /// The elements across, at the first end and at the second.
+    pub fine: [ElementId; 2],
+}
+
 /// One element: a quad or triangle with one mean irradiance.
 ///
-/// Quarters of a quad patch stand row by row, s fastest: element `2 (t half) + (s half)`. Those of a triangle patch:
-/// at corners 0, 1, 2, then the middle one.
+/// Elements of a patch stand in the order of its quadtree. Quarters of a quad stand row by row, s fastest: quarter
+/// `2 (t half) + (s half)`. Those of a triangle: at corners 0, 1, 2, then the middle one.
 #[derive(Clone, Copy, Debug)]
 pub struct Element {
     /// Its corners.
     pub corners: Corners,
-    /// The patch that it is a quarter of.
+    /// The patch that it is a part of.
     pub patch: PatchId,
+    /// Where in the quadtree of that patch.
+    pub place: Place,
     /// Area (m^2), that of its planar (or bilinear) facet.
     pub area_m2: f64,
     /// Unit front normal.
     pub normal: DVec3,
-    /// Neighbour across edge i (corner i to corner i + 1), when there is one of the same continuity group.
+    /// Neighbour across edge i (corner i to corner i + 1), when there is one of the same continuity group; of two, the
+    /// one at corner i ([`Mesh::neighbours_across`] gives both).
     pub neighbours: [Option<ElementId>; 4],
     /// Continuity across edge i.
     pub continuity: [Continuity; 4],
 }
 
-/// One patch: 2 x 2 elements, one side of a surface, and (fronts) one record of the board's patch memory.
+/// One patch: some elements, one side of a surface, and (fronts) one record of the board's patch memory.
 #[derive(Clone, Debug)]
 pub struct Patch {
     /// Its corners.
@@ -124,7 +152,7 @@ pub struct Patch {
     pub surface: SurfaceId,
     /// Which side of that surface this patch is.
     pub side: Facing,
-    /// Its elements.
+    /// Its elements, the leaves of its quadtree.
     pub elements: Range<u32>,
     /// Area (m^2), the sum of its elements'.
     pub area_m2: f64,
@@ -187,6 +215,28 @@ impl Mesh {
         build::build(scene)
     }
 
+    /// Meshes a scene with the patches of [`Mesh::build`], each cut as `subdivision` says and further where the balance
+    /// of 2:1 needs it. `build_with(scene, &mesh.subdivision())` is `mesh` again, bit for bit.
+    ///
+    /// # Errors
+    /// When the subdivision is damaged or not one of this scene's patches.
+    pub fn build_with(scene: &Scene, subdivision: &Subdivision) -> Result<Mesh, SubdivisionError> {
+        build::build_with(scene, subdivision)
+    }
+
+    /// How the patches are cut.
+    pub fn subdivision(&self) -> Subdivision {
+        // An element is the first of each node above it that it begins.
+        let mut next = self.elements.iter().peekable();
+        Subdivision::new(self.patches.len() as u32, |patch, place| {
+            let leaf = next.peek().is_some_and(|e| e.patch.0 == patch && e.place == place);
+            if leaf {
+                next.next();
+            }
+            !leaf
+        })
+    }
+
     /// How many elements the scene's `meshing` keys ask for, backs included, without building anything.
     pub fn planned_elements(scene: &Scene) -> u64 {
         plan::n_elements(scene, &plan::plan(scene))
@@ -214,38 +264,71 @@ impl Mesh {
     /// Where on patch `patch` the point lies (nearest (s,t), clamped to the patch), and in which element.
     pub fn locate(&self, patch: PatchId, point: DVec3) -> SurfacePoint {
         let patch = &self.patches[patch.0 as usize];
-        let (quarter, st) = match patch.corners {
+        let st = match patch.corners {
+            Corners::Triangle(v) => inverse::triangle_st(&v.map(|v| self.at(v)), point),
+            Corners::Quad(v) => inverse::quad_st(&v.map(|v| self.at(v)), point),
+        };
+        self.locate_st(patch, st)
+    }
+
+    /// The element of a patch at (s,t) of the patch, and (s,t) there.
+    fn locate_st(&self, patch: &Patch, mut st: DVec2) -> SurfacePoint {
+        let mut place = Place::ROOT;
+        let own = &self.elements[patch.elements.start as usize..patch.elements.end as usize];
+        let (mut first, mut n) = (0, own.len());
+        // One node of the quadtree after another, with the elements in it, down to a single one.
+        while n > 1 {
+            let quarter;
+            (quarter, st) = quarter_of(&patch.corners, st);
+            place = place.quarter(quarter);
+            let rest = &own[first..first + n];
+            first += rest.partition_point(|e| e.place < place);
+            n = own[first..].partition_point(|e| e.place.at_level(place.level()) == place);
+        }
+        SurfacePoint { element: ElementId(patch.elements.start + first as u32), st }
+    }
+
+    /// Where (s,t) of quarter `quarter` of a patch lies (m): the patch's own quarters, whatever its elements are.
+    pub(crate) fn quarter_position(&self, patch: PatchId, quarter: u32, st: DVec2) -> DVec3 {
+        let mid = |a: DVec3, b: DVec3| 0.5 * (a + b);
+        match self.patches[patch.0 as usize].corners {
             Corners::Triangle(v) => {
-                let DVec2 { x: s, y: t } = 2.0 * inverse::triangle_st(&v.map(|v| self.at(v)), point);
-                // In the order of the split: at corners 0, 1, 2, then the middle, which is upside down.
-                if s + t <= 1.0 {
-                    (0, DVec2::new(s, t))
-                } else if s >= 1.0 {
-                    (1, DVec2::new(s - 1.0, t))
-                } else if t >= 1.0 {
-                    (2, DVec2::new(s, t - 1.0))
-                } else {
-                    (3, DVec2::new(1.0 - s, 1.0 - t))
-                }
+                let [a, b, c] = v.map(|v| self.at(v));
+                let (m0, m1, m2) = (mid(a, b), mid(b, c), mid(c, a));
+                let [a, b, c] = [[a, m0, m2], [m0, b, m1], [m2, m1, c], [m1, m2, m0]][quarter as usize % 4];
+                barycentric([a, b, c], st)
             }
             Corners::Quad(v) => {
-                let st = 2.0 * inverse::quad_st(&v.map(|v| self.at(v)), point);
-                let half = DVec2::new(f64::from(st.x > 1.0), f64::from(st.y > 1.0));
-                (2 * half.y as u32 + half.x as u32, st - half)
+                let [a, b, c, d] = v.map(|v| self.at(v));
+                let z = 0.25 * [a, b, c, d].iter().fold(DVec3::ZERO, |s, v| s + *v);
+                let m = [mid(a, b), mid(b, c), mid(c, d), mid(d, a)];
+                let quarters =
+                    [[a, m[0], z, m[3]], [m[0], b, m[1], z], [m[3], z, m[2], d], [z, m[1], c, m[2]]];
+                bilinear(quarters[quarter as usize % 4], st)
             }
-        };
-        SurfacePoint { element: ElementId(patch.elements.start + quarter), st }
+        }
+    }
+
+    /// Where an element's edge is split by the other side: the hanging vertex on it.
+    pub fn hanging_on(&self, element: ElementId, edge: usize) -> Option<&Hanging> {
+        let key =
+            |h: &Hanging| (self.elements[h.coarse.0 as usize].place.level(), h.coarse, usize::from(h.edge));
+        let level = self.elements[element.0 as usize].place.level();
+        let at = self.hanging.binary_search_by_key(&(level, element, edge), key).ok()?;
+        self.hanging.get(at)
+    }
+
+    /// All elements across an edge, in the order in which the element walks along it: none, one, or two finer ones.
+    pub fn neighbours_across(&self, element: ElementId, edge: usize) -> impl Iterator<Item = ElementId> {
+        let second = self.hanging_on(element, edge).map(|h| h.fine[1]);
+        self.elements[element.0 as usize].neighbours[edge].into_iter().chain(second)
     }
 
     /// World position of a place on the mesh (m).
     pub fn position(&self, at: SurfacePoint) -> DVec3 {
-        let DVec2 { x: s, y: t } = at.st;
         match self.elements[at.element.0 as usize].corners {
-            Corners::Triangle([a, b, c]) => (1.0 - s - t) * self.at(a) + s * self.at(b) + t * self.at(c),
-            Corners::Quad([a, b, c, d]) => {
-                (1.0 - t) * ((1.0 - s) * self.at(a) + s * self.at(b))
-                    + t * ((1.0 - s) * self.at(d) + s * self.at(c))
-            }
+            Corners::Triangle(v) => barycentric(v.map(|v| self.at(v)), at.st),
+            Corners::Quad(v) => bilinear(v.map(|v| self.at(v)), at.st),
         }
     }
 
@@ -305,6 +388,7 @@ impl Mesh {
             + self.elements.capacity() * size_of::<Element>()
             + self.patches.capacity() * size_of::<Patch>()
             + self.surfaces.capacity() * size_of::<SurfacePatches>()
+            + self.hanging.capacity() * size_of::<Hanging>()
             + self.vertex_element_starts.capacity() * size_of::<u32>()
             + self.vertex_elements.capacity() * size_of::<ElementId>()
     }
@@ -313,10 +397,34 @@ impl Mesh {
         self.vertices[vertex.0 as usize].position
     }
 
-    /// The elements around a vertex.
+    /// The elements that have a vertex as a corner; of a hanging one, the fine ones.
     pub fn elements_around(&self, vertex: VertexId) -> &[ElementId] {
         let v = vertex.0 as usize;
         &self.vertex_elements
             [self.vertex_element_starts[v] as usize..self.vertex_element_starts[v + 1] as usize]
+    }
+}
+
+fn barycentric([a, b, c]: [DVec3; 3], DVec2 { x: s, y: t }: DVec2) -> DVec3 {
+    (1.0 - s - t) * a + s * b + t * c
+}
+
+fn bilinear([a, b, c, d]: [DVec3; 4], DVec2 { x: s, y: t }: DVec2) -> DVec3 {
+    (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * d + s * c)
+}
+
+/// Which quarter of a cell with these corners (s,t) lies in, and (s,t) of that quarter.
+fn quarter_of(corners: &Corners, st: DVec2) -> (u32, DVec2) {
+    let DVec2 { x: s, y: t } = 2.0 * st;
+    match corners {
+        // In the order of the split: at corners 0, 1, 2, then the middle, which is upside down.
+        Corners::Triangle(_) if s + t <= 1.0 => (0, DVec2::new(s, t)),
+        Corners::Triangle(_) if s >= 1.0 => (1, DVec2::new(s - 1.0, t)),
+        Corners::Triangle(_) if t >= 1.0 => (2, DVec2::new(s, t - 1.0)),
+        Corners::Triangle(_) => (3, DVec2::new(1.0 - s, 1.0 - t)),
+        Corners::Quad(_) => {
+            let half = DVec2::new(f64::from(s > 1.0), f64::from(t > 1.0));
+            (2 * half.y as u32 + half.x as u32, DVec2::new(s, t) - half)
+        }
     }
 }

@@ -53,12 +53,17 @@ impl Grid {
             | Grid::Cylinder { around, rows: n } => around.saturating_mul(n),
         }
     }
+
+    /// Elements of one side: 2 x 2 a patch, one where a patch stays whole (`Tessellation::whole`).
+    pub(super) fn n_elements(self) -> u64 {
+        self.n_patches().saturating_mul(4)
+    }
 }
 
 /// Elements that a list of grids makes, backs included.
 pub(super) fn n_elements(scene: &Scene, grids: &[Grid]) -> u64 {
     let of = |(surface, grid): (&Surface, &Grid)| {
-        grid.n_patches().saturating_mul(if surface.two_sided { 8 } else { 4 })
+        grid.n_elements().saturating_mul(if surface.two_sided { 2 } else { 1 })
     };
     scene.surfaces.iter().zip(grids).map(of).fold(0, u64::saturating_add)
 }

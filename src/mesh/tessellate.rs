@@ -26,9 +26,13 @@ use crate::geom::{DVec3, tangent_frame};
 use crate::scene::Shape;
 
 /// Corner points of patches (m), and the patches.
+#[derive(Default)]
 pub(super) struct Tessellation {
     pub(super) points: Vec<DVec3>,
     pub(super) patches: Vec<Corners>,
+    /// Per patch, true for one that stays a single element instead of 2 x 2, as a face that is no larger than the wanted
+    /// element should; empty: none does. [`Grid::n_elements`] must count alike.
+    pub(super) whole: Vec<bool>,
 }
 
 /// Cuts a shape by its grid (a grid of another kind gives nothing).
@@ -45,7 +49,7 @@ pub(super) fn tessellate(shape: &Shape, grid: Grid) -> Tessellation {
         (Shape::Cylinder { base, top, radius, inward }, Grid::Cylinder { around, rows }) => {
             oriented(cylinder(base, top, radius, around as u32, rows as u32), inward)
         }
-        _ => Tessellation { points: Vec::new(), patches: Vec::new() },
+        _ => Tessellation::default(),
     }
 }
 
@@ -94,7 +98,7 @@ fn quad(v: [DVec3; 4], n: u32, m: u32) -> Tessellation {
         .flat_map(|j| (0..n).map(move |i| (i, j)))
         .map(|(i, j)| Corners::Quad([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]))
         .collect();
-    Tessellation { points, patches }
+    Tessellation { points, patches, whole: Vec::new() }
 }
 
 fn triangle(v: [DVec3; 3], n: u32) -> Tessellation {
@@ -118,7 +122,7 @@ fn triangle(v: [DVec3; 3], n: u32) -> Tessellation {
             }
         }
     }
-    Tessellation { points, patches }
+    Tessellation { points, patches, whole: Vec::new() }
 }
 
 /// One of `axis` and `-axis`, and whether it is `-axis`; noise in a component does not change the choice.
@@ -159,7 +163,7 @@ fn disk(center: DVec3, normal: DVec3, radius: f64, around: u32, rings: u32) -> T
             (0..around).map(|j| Corners::Quad([at(k, j), at(k + 1, j), at(k + 1, j + 1), at(k, j + 1)])),
         );
     }
-    oriented(Tessellation { points, patches }, flip)
+    oriented(Tessellation { points, patches, whole: Vec::new() }, flip)
 }
 
 /// What all rings of a sphere but its poles are multiplied with, so that its facets have the sphere's area.
@@ -204,7 +208,7 @@ fn sphere(center: DVec3, radius: f64, around: u32, rows: u32) -> Tessellation {
         );
     }
     patches.extend((0..around).map(|j| Corners::Triangle([at(rows - 1, j + 1), at(rows - 1, j), south])));
-    Tessellation { points, patches }
+    Tessellation { points, patches, whole: Vec::new() }
 }
 
 fn cylinder(base: DVec3, top: DVec3, radius: f64, around: u32, rows: u32) -> Tessellation {
@@ -222,5 +226,5 @@ fn cylinder(base: DVec3, top: DVec3, radius: f64, around: u32, rows: u32) -> Tes
         .flat_map(|k| (0..around).map(move |j| (k, j)))
         .map(|(k, j)| Corners::Quad([at(k, j), at(k, j + 1), at(k + 1, j + 1), at(k + 1, j)]))
         .collect();
-    Tessellation { points, patches }
+    Tessellation { points, patches, whole: Vec::new() }
 }

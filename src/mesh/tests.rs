@@ -61,42 +61,68 @@ pub(crate) fn room(x: f64, y: f64, z: f64) -> Vec<Surface> {
 }
 
 /// Checks what holds for every mesh; returns (vertices, edges, elements) of the front and back together.
-fn check(mesh: &Mesh) -> (usize, usize, usize) {
+pub(crate) fn check(mesh: &Mesh) -> (usize, usize, usize) {
     assert!(!mesh.elements.is_empty());
     let mut edges: HashMap<(u32, u32), Vec<(usize, usize)>> = HashMap::new();
     for (i, e) in mesh.elements.iter().enumerate() {
+        let id = ElementId(i as u32);
         let ids = e.corners.vertices();
         for k in 0..4 {
             if k >= ids.len() {
                 assert_eq!((e.neighbours[k], e.continuity[k]), (None, Continuity::Broken));
                 continue;
             }
-            let (a, b) = (ids[k].0, ids[(k + 1) % ids.len()].0);
-            edges.entry((a.min(b), a.max(b))).or_default().push((i, k));
+            let (a, b) = (ids[k], ids[(k + 1) % ids.len()]);
+            edges.entry((a.0.min(b.0), a.0.max(b.0))).or_default().push((i, k));
             assert_eq!(e.neighbours[k].is_some(), e.continuity[k] != Continuity::Broken);
-            if let Some(other) = e.neighbours[k] {
-                let other = &mesh.elements[other.0 as usize];
-                let theirs = other.corners.vertices();
+            let ends = match mesh.hanging_on(id, k) {
+                Some(h) => vec![(a, h.vertex), (h.vertex, b)],
+                None => vec![(a, b)],
+            };
+            let across: Vec<_> = mesh.neighbours_across(id, k).collect();
+            assert!(across.is_empty() || across.len() == ends.len());
+            for (other, (a, b)) in across.into_iter().zip(ends) {
+                let theirs = mesh.elements[other.0 as usize].corners.vertices();
                 let n = theirs.len();
-                let m = (0..n)
-                    .find(|&m| (theirs[m].0, theirs[(m + 1) % n].0) == (b, a))
-                    .expect("the neighbour has the edge the other way round");
-                assert_eq!(other.neighbours[m], Some(ElementId(i as u32)));
+                // The same edge the other way round, or the coarse edge that it is half of.
+                let back = (0..n).find(|&m| mesh.neighbours_across(other, m).any(|e| e == id));
+                let m = back.expect("neighbours are neighbours both ways");
+                let half = mesh.hanging_on(other, m);
+                let (c, d) = (theirs[m], theirs[(m + 1) % n]);
+                match half {
+                    Some(h) => assert!((h.vertex == a && c == b) || (h.vertex == b && d == a)),
+                    None => assert_eq!((c, d), (b, a)),
+                }
             }
         }
-        let q = mesh.quadrature(ElementId(i as u32));
+        let q = mesh.quadrature(id);
         let sum: f64 = q.points().iter().map(|p| p.1).sum();
         assert!((sum - e.area_m2).abs() <= 1e-12 * e.area_m2, "element {i}: {sum} vs {}", e.area_m2);
         assert!((e.normal.length() - 1.0).abs() < 1e-12);
     }
     for list in edges.values() {
         assert!(list.len() <= 2, "an edge of {} elements", list.len());
-        let paired = list.len() == 2;
-        assert!(list.iter().all(|&(e, k)| mesh.elements[e].neighbours[k].is_some() == paired));
+        if list.len() == 2 {
+            assert!(list.iter().all(|&(e, k)| mesh.elements[e].neighbours[k].is_some()));
+        }
     }
+    for (i, h) in mesh.hanging.iter().enumerate() {
+        let at = |v: VertexId| mesh.vertices[v.0 as usize].position;
+        assert_eq!(at(h.vertex), 0.5 * (at(h.ends[0]) + at(h.ends[1])));
+        assert_eq!(mesh.hanging_on(h.coarse, h.edge.into()), Some(h));
+        // Coarse to fine: whoever hangs comes before those whose edge ends in it.
+        assert!(mesh.hanging[..i].iter().all(|earlier| !earlier.ends.contains(&h.vertex)));
+        let level = |e: ElementId| mesh.elements[e.0 as usize].place.level();
+        assert!(h.fine.iter().all(|fine| level(*fine) == level(h.coarse) + 1));
+    }
+    let mut next = 0;
     for (p, patch) in mesh.patches.iter().enumerate() {
-        assert_eq!(patch.elements.len(), 4);
+        assert_eq!(patch.elements.start, next);
+        assert!(!patch.elements.is_empty());
+        next = patch.elements.end;
         assert!(patch.elements.clone().all(|e| mesh.elements[e as usize].patch.0 as usize == p));
+        let own = &mesh.elements[patch.elements.start as usize..patch.elements.end as usize];
+        assert!(own.is_sorted_by(|a, b| a.place < b.place));
         assert_eq!(p >= mesh.n_cast_patches, patch.side == Facing::Back);
         if let Some(twin) = patch.twin {
             let twin = &mesh.patches[twin.0 as usize];
@@ -104,6 +130,7 @@ fn check(mesh: &Mesh) -> (usize, usize, usize) {
             assert!((twin.normal + patch.normal).length() < 1e-12);
         }
     }
+    assert_eq!(next as usize, mesh.elements.len());
     for (i, vertex) in mesh.vertices.iter().enumerate() {
         let around = mesh.elements_around(VertexId(i as u32));
         assert!(!around.is_empty());
@@ -350,6 +377,29 @@ fn mesh_memory_is_counted_and_under_400_bytes_an_element() {
     assert!((150.0..400.0).contains(&per_element), "{per_element}");
 }
 
+#[test]
+fn mesh_by_its_own_uniform_subdivision_is_the_same_and_another_scene_s_is_refused() {
+    let room = scene(room(1.0, 2.0, 1.5), MeshTarget::Elements(300));
+    let mesh = Mesh::build(&room);
+    assert!(mesh.hanging.is_empty());
+    assert!(mesh.elements.iter().all(|e| e.place.level() == 1));
+    let again = Mesh::build_with(&room, &mesh.subdivision()).unwrap();
+    assert_eq!(again.vertices, mesh.vertices);
+    let few = Subdivision::new(7, |_, _| false);
+    assert!(matches!(
+        Mesh::build_with(&room, &few),
+        Err(SubdivisionError::Patches { found: 7, expected }) if expected as usize == mesh.patches.len()
+    ));
+    // One element a patch: the patches themselves.
+    let whole = Mesh::build_with(&room, &Subdivision::new(mesh.patches.len() as u32, |_, _| false)).unwrap();
+    check(&whole);
+    assert_eq!(whole.elements.len(), whole.patches.len());
+    assert!(whole.patches.iter().zip(&whole.elements).all(|(p, e)| p.corners == e.corners));
+    let p = whole.patches[3].clone();
+    let centre = whole.polygon(&p.corners).iter().sum::<DVec3>() / 4.0;
+    assert_eq!(whole.locate(PatchId(3), centre).element, ElementId(3));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -408,6 +458,54 @@ proptest! {
         for far in [v(9.0, -7.0, 3.0), v(-5.0, 8.0, -1.0), at + 3.0 * (at - mesh.polygon(&e.corners)[0])] {
             let clamped = mesh.locate(e.patch, far).st;
             prop_assert!(clamped.min_element() >= 0.0 && clamped.max_element() <= 1.0);
+        }
+    }
+
+    #[test]
+    fn mesh_of_any_subdivision_keeps_areas_balance_and_places(
+        seed: u64, n in 1..200u32, pick in 0.0..1.0f64, s in 0.01..0.99f64, t in 0.01..0.99f64
+    ) {
+        let mut surfaces = room(1.0, 0.7, 1.3);
+        surfaces.extend(red_wall());
+        surfaces[2].two_sided = true;
+        surfaces.push(surface("tube", Shape::Cylinder {
+            base: v(0.3, 0.3, 0.1), top: v(0.4, 0.5, 0.9), radius: 0.2, inward: false,
+        }));
+        let scene = scene(surfaces, MeshTarget::Elements(n));
+        let uniform = Mesh::build(&scene);
+        let chosen = Subdivision::new(uniform.patches.len() as u32, |p, place| {
+            let id = place.quarters().fold(1, |id, q| 4 * id + u64::from(q));
+            place.level() < 5 && crate::sampling::hash(seed, p.into(), id) % 16 < 7
+        });
+        let mesh = Mesh::build_with(&scene, &chosen).unwrap();
+        check(&mesh);
+        prop_assert_eq!(mesh.cast_patches(), uniform.cast_patches());
+        for (a, b) in mesh.patches.iter().zip(&uniform.patches) {
+            prop_assert!((a.area_m2 - b.area_m2).abs() <= 1e-12 * b.area_m2);
+        }
+        // Only splits were added, and meshing the balanced subdivision again is the same mesh.
+        let balanced = mesh.subdivision();
+        let leaves = balanced.leaves().unwrap();
+        for (p, place) in chosen.leaves().unwrap() {
+            prop_assert!(leaves.iter().any(|l| l.0 == p && l.1.at_level(place.level()) == place));
+        }
+        let again = Mesh::build_with(&scene, &balanced).unwrap();
+        prop_assert_eq!(&again.vertices, &mesh.vertices);
+        prop_assert_eq!(&again.hanging, &mesh.hanging);
+        let same = |(a, b): (&Element, &Element)| {
+            (a.corners, a.place, a.neighbours) == (b.corners, b.place, b.neighbours)
+        };
+        prop_assert!(again.elements.iter().zip(&mesh.elements).all(same));
+        let element = ElementId((pick * mesh.elements.len() as f64) as u32);
+        let e = &mesh.elements[element.0 as usize];
+        let st = match e.corners {
+            Corners::Triangle(_) if s + t > 1.0 => DVec2::new(1.0 - s, 1.0 - t),
+            _ => DVec2::new(s, t),
+        };
+        let found = mesh.locate(e.patch, mesh.position(SurfacePoint { element, st }));
+        if (s + t - 1.0).abs() > 1e-6 {
+            prop_assert_eq!(found.element, element);
+            prop_assert!((found.st - st).length() < 1e-7, "{:?} vs {}", found, st);
         }
     }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! element, shooter --2x2 Gauss against the sum over its quarters--> error estimate --over the bound: quarters again--> mean F
 //! ```
-//! The kernel is exact at a point (Lambert), and the Gauss rule is for far elements; close to the shooter it varies within
+//! The kernel is exact at a point (Lambert), or nearly so (`--kernel disc`), and the Gauss rule is for far elements; close to the shooter it varies within
 //! the element: along a common edge it jumps from 1/2 to 0 where the shooter ends, and an element of another grid, at a
 //! T-junction, may straddle that. Cells are quartered where their rule and that of their quarters disagree
 //! (Hart, Dutre, Greenberg 1999 integrate the same kernel by parts), until the estimated error of the element's mean is under
@@ -13,7 +13,7 @@
 
 use glam::DVec3;
 
-use super::kernel::Source;
+use super::kernel::{Source, quarters};
 
 /// Estimated error of the mean over an element, as a share of it.
 pub const RELATIVE_ERROR: f64 = 1e-3;
@@ -21,8 +21,8 @@ pub const RELATIVE_ERROR: f64 = 1e-3;
 const ABSOLUTE_ERROR: f64 = 1e-6;
 /// Quarterings at most: cells of 1/32 of the element's sides.
 const MAX_DEPTH: u32 = 5;
-/// Receivers whose centre is nearer than this many times the sum of both radii are close.
-const NEAR: f64 = 2.0;
+/// Receivers whose centre is nearer to the shooter's bounding sphere than this many times their own radius are close.
+const NEAR: f64 = 4.0;
 /// Abscissae of the two-point Gauss rule on [0, 1]: (1 -+ 1/sqrt 3) / 2.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
@@ -44,7 +44,7 @@ impl Extent {
     /// So close to a shooter that the Gauss rule may not do.
     #[inline]
     pub fn is_near(&self, shooter: &Extent) -> bool {
-        let reach = NEAR * (self.radius_m + shooter.radius_m);
+        let reach = shooter.radius_m + NEAR * self.radius_m;
         self.centre.distance_squared(shooter.centre) < reach * reach
     }
 }
@@ -110,14 +110,7 @@ impl Integrator<'_> {
     }
 
     fn quarters(&self, cell: &Cell) -> [Cell; 4] {
-        let [a, b, c, d] = *cell;
-        let mid = |p: DVec3, q: DVec3| 0.5 * (p + q);
-        if self.is_triangle {
-            let (ab, bc, ca) = (mid(a, b), mid(b, c), mid(c, a));
-            return [[a, ab, ca, ca], [ab, b, bc, bc], [ca, bc, c, c], [bc, ca, ab, ab]];
-        }
-        let (ab, bc, cd, da, m) = (mid(a, b), mid(b, c), mid(c, d), mid(d, a), 0.25 * (a + b + c + d));
-        [[a, ab, m, da], [ab, b, bc, m], [m, bc, c, cd], [da, m, cd, d]]
+        quarters(cell, self.is_triangle)
     }
 
     /// Integral over a cell whose rule gave `coarse`. The tolerance is halved from level to level, not quartered: errors of

@@ -64,11 +64,7 @@ fn uniform(mesh: &Mesh, indirect: f64) -> Solution {
     Solution {
         element_irradiance: vec![e; mesh.elements.len()],
         vertex_irradiance: vec![e; mesh.vertices.len()],
-        account: EnergyAccount::default(),
-        n_shots: 0,
-        n_shooters: 0,
-        n_rays: 0,
-        row_sum_error: RowSumError::default(),
+        ..Solution::dark(mesh)
     }
 }
 

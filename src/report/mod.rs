@@ -18,6 +18,7 @@ pub mod compare_runs;
 pub mod compare_runs_text;
 pub mod documents;
 pub mod energy;
+pub mod grid;
 pub mod groups;
 pub mod observed;
 pub mod recorded;
@@ -35,6 +36,7 @@ pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
     SimulateReport, SolveReport, VectorsReport, WarmUpReport,
 };
+pub use grid::{GridReport, ScaledPicture};
 pub use observed::{ObservedReport, TraceReport};
 pub use recorded::RecordedReport;
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};

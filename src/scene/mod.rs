@@ -9,6 +9,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::units::Rgb;
 
@@ -129,7 +130,7 @@ pub enum Shape {
 }
 
 /// A light without area.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Light {
     /// Equal in all directions.
     Point {

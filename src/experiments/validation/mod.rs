@@ -19,6 +19,7 @@ mod enclosures;
 mod formulas;
 mod geometry;
 mod lit_cube;
+mod methods;
 mod row;
 mod setting;
 #[cfg(test)]
@@ -27,6 +28,9 @@ mod view_factors;
 
 /// Elements of a scene by default: `[meshing]` says nothing.
 const ELEMENTS: u32 = 4000;
+
+/// Elements of the scenes on which methods are compared: each has its own bound, whatever the mesh.
+const METHODS_ELEMENTS: u32 = 1500;
 
 /// The rows of a group at default meshing.
 ///
@@ -41,6 +45,7 @@ fn rows(group: Group) -> Result<Vec<Row>, ExperimentError> {
         Group::Energy => enclosures::energy_rows(ELEMENTS),
         Group::LitCube => lit_cube::rows(lit_cube::ELEMENT_M),
         Group::Cie171 => cie171::rows(ELEMENTS),
+        Group::Methods => methods::rows(METHODS_ELEMENTS),
     }
 }
 

@@ -17,11 +17,13 @@ pub enum Group {
     LitCube,
     /// CIE 171:2006.
     Cie171,
+    /// One way of shooting against the other.
+    Methods,
 }
 
 impl Group {
     /// All of them, in the order of the table.
-    pub const ALL: [Group; 7] = [
+    pub const ALL: [Group; 8] = [
         Group::ViewFactor,
         Group::Kernel,
         Group::Area,
@@ -29,6 +31,7 @@ impl Group {
         Group::Energy,
         Group::LitCube,
         Group::Cie171,
+        Group::Methods,
     ];
 
     /// Title of its table.
@@ -41,6 +44,7 @@ impl Group {
             Group::Energy => "Energy",
             Group::LitCube => "Lit cube",
             Group::Cie171 => "CIE 171",
+            Group::Methods => "Hemisphere and vertex",
         }
     }
 }

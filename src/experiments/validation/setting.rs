@@ -11,7 +11,7 @@ use crate::experiments::ExperimentError;
 use crate::geom::DVec3;
 use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, summarise};
-use crate::radiosity::{ProbePoint, Solution, SolveOptions, SplitIrradiance, probe, solve};
+use crate::radiosity::{FormFactorMethod, ProbePoint, Solution, SolveOptions, SplitIrradiance, probe, solve};
 use crate::raycast::software::SoftwareCaster;
 use crate::scene::{MeshTarget, Scene};
 
@@ -107,13 +107,25 @@ const ROOM_WALLS: [(&str, [usize; 4]); 6] = [
 /// # Errors
 /// A scene that is not one.
 pub fn solve_text(text: &str, elements: Option<u32>) -> Result<Answer, ExperimentError> {
+    solve_with(text, elements, FormFactorMethod::Vertex)
+}
+
+/// As [`solve_text`], power shot in one way or the other.
+///
+/// # Errors
+/// A scene that is not one.
+pub fn solve_with(
+    text: &str,
+    elements: Option<u32>,
+    form_factors: FormFactorMethod,
+) -> Result<Answer, ExperimentError> {
     let mut scene = Scene::parse(text, Path::new("validation")).map_err(Box::new)?;
     if let Some(n) = elements {
         scene.meshing.target = MeshTarget::Elements(n);
     }
     let mesh = Mesh::build(&scene);
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
-    let options = SolveOptions { unshot_share: UNSHOT_SHARE, ..SolveOptions::default() };
+    let options = SolveOptions { unshot_share: UNSHOT_SHARE, form_factors, ..SolveOptions::default() };
     let solution = solve(&scene, &mesh, &mut caster, &options, &mut |_| {})?;
     let surfaces = summarise(&scene, &mesh, &solution);
     Ok(Answer { scene, mesh, caster, solution, surfaces })

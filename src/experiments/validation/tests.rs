@@ -48,6 +48,11 @@ fn cie_171_cases_are_their_formulas() {
     assert_holds(Group::Cie171, 28);
 }
 
+#[test]
+fn hemisphere_and_vertex_agree_within_the_stated_error() {
+    assert_holds(Group::Methods, 4);
+}
+
 /// cargo test --release --lib validation -- --ignored
 #[test]
 #[ignore = "a minute: fine meshes"]
