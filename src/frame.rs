@@ -20,6 +20,7 @@ use rtl_model::statistics::BoardStatistics;
 
 use crate::geom::{DVec3, Ray};
 use crate::mesh::Mesh;
+use crate::radiosity::refine::RefineReport;
 use crate::radiosity::{self, ProbePoint, Solution, SolveOptions, SolveProgress};
 use crate::raycast::board::{BoardCaster, CommandSink, WarmUp};
 use crate::raycast::null::NullCaster;
@@ -42,8 +43,8 @@ mod warnings;
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
 pub use grid::{GridFault, GridOptions, GridPointsHidden, GridProbed, probe_grid};
-use pass_one::pass_1;
 pub use pass_one::{PassOne, SolvePlan};
+use pass_one::{Passed, pass_1, pass_1_refined};
 pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
 pub use verify::{Verified, verify_scene};
 
@@ -52,6 +53,8 @@ pub use verify::{Verified, verify_scene};
 pub struct FrameOptions {
     /// Wanted elements, instead of the scene file's `[meshing]`.
     pub elements: Option<u32>,
+    /// Refine the mesh, or not, instead of the scene file's `[meshing]`.
+    pub adaptive: Option<bool>,
     /// Who answers the rays.
     pub caster: CasterChoice,
     /// Pass 1.
@@ -83,6 +86,8 @@ pub struct Frame {
     pub solution: Solution,
     /// The options that pass 1 was run with, here or when its file was written.
     pub solve_options: SolveOptions,
+    /// What was refined, where the mesh was in this run.
+    pub refinement: Option<RefineReport>,
     /// Ambient irradiance that was added to the stored light for the picture (W/m^2).
     pub ambient: Option<Rgb>,
     /// Pass 2: the film.
@@ -110,6 +115,8 @@ pub struct Solved {
     pub solution: Solution,
     /// The options that it was solved with.
     pub solve_options: SolveOptions,
+    /// What was refined, where the mesh was.
+    pub refinement: Option<RefineReport>,
     /// Name of the caster.
     pub caster: &'static str,
     /// What the board counted, when it was the caster.
@@ -191,6 +198,8 @@ pub struct Inspected {
 pub struct BoardImage {
     /// Bytes in all: cell headers, cell lists, patch records.
     pub size_bytes: u64,
+    /// Bytes of one patch's record.
+    pub record_bytes: u64,
     /// Cells along each side of the grid.
     pub cells_per_side: u32,
 }
@@ -206,12 +215,12 @@ pub fn render_frame(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Frame, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let camera = camera_of(&scene)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, solve_options) =
-        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, options: solve_options, refinement } = passed;
     let ambient = picture.ambient.then(|| radiosity::ambient::irradiance(&scene, &mesh, &solution));
     let shown = ambient.map(|e| radiosity::ambient::added(&solution, e));
     let rendering = timings.measure("pass 2", || {
@@ -230,6 +239,7 @@ pub fn render_frame(
         mesh,
         solution,
         solve_options,
+        refinement,
         ambient,
         rendering,
         timings,
@@ -247,11 +257,11 @@ pub fn solve_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Solved, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, solve_options) =
-        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, options: solve_options, refinement } = passed;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
@@ -262,6 +272,7 @@ pub fn solve_scene(
         mesh,
         solution,
         solve_options,
+        refinement,
         timings,
         warnings,
     })
@@ -281,13 +292,14 @@ pub fn probe_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Probed, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let mut starts: Vec<DVec3> = points.iter().map(|p| p.at).collect();
     let reach_m = if interpolated { reach_m(&options.caster, &scene, &mesh, &starts) } else { 0.0 };
     starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, _) = pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, .. } = passed;
     let irradiance = timings.measure("probe", || {
         if interpolated {
             return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
@@ -330,7 +342,7 @@ pub fn simulate_scene(
 ) -> Result<Simulated, FrameError> {
     let SimulateOptions { elements, board, workload, warm_up_cycles, solve, picture } = options;
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, *elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, *elements, Some(false), &mut timings)?;
     let mut emulated = timings.measure("board", || {
         BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &workload.origins()))
     })?;
@@ -447,7 +459,7 @@ fn cast_workload(
 /// # Errors
 /// A fault of the scene. A scene that the board cannot take is none.
 pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> Result<Inspected, FrameError> {
-    let (mut scene, mesh) = load_and_mesh(path, elements, &mut Timings::default())?;
+    let (mut scene, mesh) = load_and_mesh(path, elements, None, &mut Timings::default())?;
     let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &[])?;
     warn_of_lights(&mut scene, &mesh, &mut software);
     let mut warnings = scene.warnings.clone();
@@ -461,7 +473,11 @@ pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> R
     let board_image = BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &[]));
     let board_image = board_image.map(|caster| {
         let image = caster.board().image();
-        BoardImage { size_bytes: image.size_bytes() as u64, cells_per_side: 1 << image.grid.log2_cells }
+        BoardImage {
+            size_bytes: image.size_bytes() as u64,
+            record_bytes: u64::from(rtl_model::memory::LINE_BYTES),
+            cells_per_side: 1 << image.grid.log2_cells,
+        }
     });
     Ok(Inspected { scene, mesh, board_image, warnings })
 }
@@ -469,9 +485,13 @@ pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> R
 fn load_and_mesh(
     path: &Path,
     elements: Option<u32>,
+    adaptive: Option<bool>,
     timings: &mut Timings,
 ) -> Result<(Scene, Mesh), FrameError> {
     let mut scene = timings.measure("load", || Scene::load(path))?;
+    if let Some(adaptive) = adaptive {
+        scene.meshing.adaptive = adaptive;
+    }
     if let Some(n) = elements {
         scene.meshing.target = MeshTarget::Elements(n);
     }
@@ -482,6 +502,7 @@ fn load_and_mesh(
     }
     scene.warnings.extend(warnings::more_elements(scene.meshing.target, n));
     let mesh = timings.measure("mesh", || Mesh::build(&scene));
+    scene.warnings.extend(warnings::t_junctions(&scene, &mesh));
     Ok((scene, mesh))
 }
 

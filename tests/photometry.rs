@@ -51,6 +51,7 @@ fn cube(reflectance: f64, elements: u32) -> SceneFile {
 
 fn options() -> FrameOptions {
     FrameOptions {
+        adaptive: None,
         elements: None,
         caster: CasterChoice::Software,
         pass_1: PassOne::Solve(SolveOptions::default()),

@@ -13,11 +13,13 @@ use crate::image::{OutputError, OutputFiles};
 pub(super) const ALL: &str = "all";
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
+    // Those of the board, and of the host, which `all` leaves out.
+    let host = [experiments::adaptive::EXPERIMENT, VALIDATION];
     let is_validation = args.name == VALIDATION.name;
     let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);
-    let chosen: Vec<Experiment> = of_board.chain(is_validation.then_some(VALIDATION)).collect();
+    let chosen: Vec<Experiment> = of_board.chain(host.into_iter().filter(|e| args.name == e.name)).collect();
     if chosen.is_empty() {
-        let names: Vec<&str> = EXPERIMENTS.iter().chain([&VALIDATION]).map(|e| e.name).collect();
+        let names: Vec<&str> = EXPERIMENTS.iter().chain(&host).map(|e| e.name).collect();
         return Err(CliError::Usage(format!("'{}' is none of {}, {ALL}", args.name, names.join(", "))));
     }
     let default = if is_validation { "docs/validation" } else { "docs/board" };

@@ -12,7 +12,7 @@ use signal_hook::flag;
 
 use super::args::{
     CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs,
-    ReconstructArg, RenderArgs,
+    ReconstructArg, RenderArgs, SwitchArg,
 };
 use super::error::CliError;
 use crate::frame::{CasterChoice, FrameOptions, PassOne, SolvePlan};
@@ -140,7 +140,12 @@ pub fn resolve_frame(args: &CastArgs, solution: Option<&Path>) -> Result<FrameOp
             }
         }
     };
-    Ok(FrameOptions { elements: args.elements, caster, pass_1 })
+    if args.adaptive.is_some() && solution.is_some() {
+        let what = "--adaptive has no use with --solution: its file says how the mesh is refined";
+        return Err(CliError::Usage(what.to_owned()));
+    }
+    let adaptive = args.adaptive.map(|switch| switch == SwitchArg::On);
+    Ok(FrameOptions { elements: args.elements, adaptive, caster, pass_1 })
 }
 
 /// Where the state of pass 1 is kept; Ctrl-C and SIGTERM end it after its next step, a second one at once.
@@ -333,6 +338,7 @@ mod tests {
             caster,
             board: board.map(str::to_owned),
             elements: None,
+            adaptive: None,
             seed: 1,
             pass_1: PassOneArgs::default(),
             keep: CheckpointArgs::default(),

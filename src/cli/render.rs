@@ -134,7 +134,8 @@ fn document(
             frame.solve_options,
             loaded_from(&options.pass_1),
             summarise(&frame.scene, &frame.mesh, &frame.solution),
-        ),
+        )
+        .refined(frame.refinement.clone()),
         board: board_report(options, frame.board.as_ref(), &frame.links),
         timings: frame.timings.clone(),
         warnings: frame.warnings.clone(),

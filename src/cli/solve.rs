@@ -65,7 +65,8 @@ fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {
             solved.solve_options,
             loaded_from(&options.pass_1),
             summarise(&solved.scene, &solved.mesh, &solved.solution),
-        ),
+        )
+        .refined(solved.refinement.clone()),
         board: board_report(options, solved.board.as_ref(), &solved.links),
         timings: solved.timings.clone(),
         warnings: solved.warnings.clone(),

@@ -211,19 +211,11 @@ fn shaded_room() -> Scene {
 /// The probe looks at each element of an emitter, the renderer at the whole emitter: two codes, one light.
 #[test]
 fn gather_and_probe_give_one_direct_light_within_the_sampling_error_of_gather() {
-    use crate::radiosity::{EnergyAccount, ProbePoint, RowSumError, Solution, SplitIrradiance, probe};
+    use crate::radiosity::{ProbePoint, Solution, probe};
     let scene = shaded_room();
     let mesh = Mesh::build(&scene);
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
-    let dark = Solution {
-        element_irradiance: vec![SplitIrradiance::default(); mesh.elements.len()],
-        vertex_irradiance: vec![SplitIrradiance::default(); mesh.vertices.len()],
-        account: EnergyAccount::default(),
-        n_shots: 0,
-        n_shooters: 0,
-        n_rays: 0,
-        row_sum_error: RowSumError::default(),
-    };
+    let dark = Solution::dark(&mesh);
     let direct = DirectLight::new(&scene, &mesh, caster.surface_offset_m());
     let (mut n_penumbra, mut n_umbra) = (0, 0);
     for k in 0..81u32 {

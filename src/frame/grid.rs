@@ -49,7 +49,7 @@ pub fn probe_grid(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<GridProbed, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let grid = Grid::new(&wanted.spec, &scene, &mesh)?;
     let points = grid.probe_points();
     let mut starts: Vec<DVec3> = points.iter().map(|p| p.at).collect();
@@ -66,7 +66,8 @@ pub fn probe_grid(
         return Err(GridPointsHidden { at: point.at, surface, n_hidden, n: points.len() }.into());
     }
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, _) = pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, .. } = passed;
     let shown = points.iter().zip(&hidden).filter(|(_, hidden)| hidden.is_none());
     let shown: Vec<ProbePoint> = shown.map(|(point, _)| *point).collect();
     let mut values = timings.measure("probe", || -> Result<_, FrameError> {
@@ -96,7 +97,7 @@ pub fn probe_grid(
 #[error(
     "{n_hidden} of {n} grid points lie inside or behind surfaces, the first at {} behind '{surface}': is the normal \
      turned round? (--skip-hidden leaves such points out)",
-    vector(*at)
+    vector((*at * 1e6).round() / 1e6)
 )]
 pub struct GridPointsHidden {
     /// The first (m).

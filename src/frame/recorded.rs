@@ -61,7 +61,7 @@ struct Loaded {
 
 fn load(run: &Simulation<'_>) -> Result<Loaded, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, Some(false), &mut timings)?;
     let points = start_points(&scene, &run.workload.origins());
     let caster = timings.measure("board", || BoardCaster::new(run.board, &mesh.cast_patches(), &points))?;
     let mut caster = Caster::Board(Box::new(caster));

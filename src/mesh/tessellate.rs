@@ -21,7 +21,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::plan::Grid;
-use super::{Corners, VertexId};
+use super::{Corners, VertexId, faces};
 use crate::geom::{DVec3, tangent_frame};
 use crate::scene::Shape;
 
@@ -36,19 +36,20 @@ pub(super) struct Tessellation {
 }
 
 /// Cuts a shape by its grid (a grid of another kind gives nothing).
-pub(super) fn tessellate(shape: &Shape, grid: Grid) -> Tessellation {
-    match (*shape, grid) {
-        (Shape::Quad(v), Grid::Quad { s, t }) => quad(v, s as u32, t as u32),
-        (Shape::Triangle(v), Grid::Triangle { n }) => triangle(v, n as u32),
-        (Shape::Disk { center, normal, radius }, Grid::Disk { around, rings }) => {
+pub(super) fn tessellate(shape: &Shape, grid: &Grid) -> Tessellation {
+    match (shape, grid) {
+        (Shape::Quad(v), &Grid::Quad { s, t }) => quad(*v, s as u32, t as u32),
+        (Shape::Triangle(v), &Grid::Triangle { n }) => triangle(*v, n as u32),
+        (&Shape::Disk { center, normal, radius }, &Grid::Disk { around, rings }) => {
             disk(center, normal, radius, around as u32, rings as u32)
         }
-        (Shape::Sphere { center, radius, inward }, Grid::Sphere { around, rows }) => {
+        (&Shape::Sphere { center, radius, inward }, &Grid::Sphere { around, rows }) => {
             oriented(sphere(center, radius, around as u32, rows as u32), inward)
         }
-        (Shape::Cylinder { base, top, radius, inward }, Grid::Cylinder { around, rows }) => {
+        (&Shape::Cylinder { base, top, radius, inward }, &Grid::Cylinder { around, rows }) => {
             oriented(cylinder(base, top, radius, around as u32, rows as u32), inward)
         }
+        (Shape::Faces(set), Grid::Faces(grid)) => faces::cut(set, grid),
         _ => Tessellation::default(),
     }
 }

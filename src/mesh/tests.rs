@@ -437,7 +437,7 @@ proptest! {
             Shape::Disk { center: v(1., 2., 3.), normal: v(bend[0], bend[1], 1.0).normalize(), radius: bend[0] },
             Shape::Sphere { center: v(1., 2., 3.), radius: bend[0], inward: true },
             Shape::Cylinder { base: v(0., 0., 0.), top: v(bend[0], bend[1], 1.0), radius: 0.3, inward: false },
-        ][kind];
+        ][kind].clone();
         let mut subject = surface("subject", shape);
         subject.two_sided = true;
         let mesh = Mesh::build(&scene(vec![subject], MeshTarget::Elements(64)));

@@ -4,6 +4,7 @@
 //! State --every N seconds, and when asked to stop--> DIR/solve.radchk --the same command again--> State
 //! frame of framed_file.rs, magic "RADCHK\r\n"; sections
 //!   OFWH   what it belongs to: mesh, lighting, options, start, caster     -> Key
+//!   TREE   how the patches are cut into elements                          -> Subdivision
 //!   STAT   the state between two steps                                    -> State
 //! ```
 //! A checkpoint is written beside the last one and takes its place by one rename, flushed to the disk first: there is a whole
@@ -25,7 +26,7 @@ use super::solution_file::geometry_hash;
 use super::state::State;
 use super::{SolveOptions, Start};
 use crate::framed_file::{FramedFileError, Kind, encode, put_section};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Subdivision};
 use crate::scene::Scene;
 
 /// The kind of these files.
@@ -116,8 +117,9 @@ impl Keeper {
         Checkpoint::open(&self.folder, self.every, self.stop.clone(), caster)
     }
 
-    /// Takes back the checkpoint of a solve that ended.
+    /// Takes back the checkpoint of a solve that ended: who is asked to stop from now on need not wait for its next step.
     pub fn put_back(&self, checkpoint: Checkpoint) {
+        self.stop.store(true, Ordering::Relaxed);
         *self.lock() = Some(checkpoint);
     }
 
@@ -151,6 +153,7 @@ pub struct Checkpoint {
     caster: String,
     /// Once the solve began.
     key: Option<Key>,
+    subdivision: Option<Subdivision>,
     last: Instant,
     /// Shots at which the solve went on.
     resumed_at: Option<usize>,
@@ -191,11 +194,32 @@ impl Checkpoint {
             stop,
             caster,
             key: None,
+            subdivision: None,
             last: Instant::now(),
             resumed_at: None,
             trouble: None,
             _lock: lock,
         })
+    }
+
+    /// The mesh of `scene` that the checkpoint is of, where there is one that cuts the patches of `mesh` otherwise: a solve
+    /// that goes on does not refine again.
+    ///
+    /// # Errors
+    /// A checkpoint that is damaged or cannot be read.
+    pub fn remeshed(&self, scene: &Scene, mesh: &Mesh) -> Result<Option<Mesh>, CheckpointError> {
+        if !self.file.exists() {
+            return Ok(None);
+        }
+        let body = KIND.read(&self.file)?;
+        let rest = &mut body.as_slice();
+        let _: Key = KIND.section(&self.file, rest, *b"OFWH")?;
+        let subdivision: Subdivision = KIND.section(&self.file, rest, *b"TREE")?;
+        if subdivision.n_patches() as usize != mesh.patches.len() {
+            return Ok(None);
+        }
+        let remeshed = Mesh::build_with(scene, &subdivision);
+        Ok(Some(remeshed.map_err(|fault| KIND.fault(&self.file, format!("TREE: {fault}")))?))
     }
 
     /// The state to go on from, if there is one; else checks that there is room for one.
@@ -219,6 +243,7 @@ impl Checkpoint {
             surface_offset_m,
         };
         self.last = Instant::now();
+        self.subdivision = Some(mesh.subdivision());
         if !self.file.exists() {
             self.key = Some(key);
             self.try_room(mesh)?;
@@ -230,6 +255,7 @@ impl Checkpoint {
         if let Some(what) = found.difference(&key, scene) {
             return Err(CheckpointError::Other { path: self.file.clone(), what });
         }
+        let _: Subdivision = KIND.section(&self.file, rest, *b"TREE")?;
         let state: State = KIND.section(&self.file, rest, *b"STAT")?;
         KIND.end(&self.file, rest)?;
         if !state.fits(mesh) {
@@ -258,14 +284,19 @@ impl Checkpoint {
 
     fn write(&self, state: &State) -> Result<(), FramedFileError> {
         let mut body = Vec::new();
-        put_section(&mut body, *b"OFWH", &self.key);
+        let (Some(key), Some(subdivision)) = (&self.key, &self.subdivision) else { return Ok(()) };
+        put_section(&mut body, *b"OFWH", key);
+        put_section(&mut body, *b"TREE", subdivision);
         put_section(&mut body, *b"STAT", state);
         KIND.write(&self.file, &body)
     }
 
     /// Writes as many bytes as a checkpoint will have, and takes them away again.
     fn try_room(&self, mesh: &Mesh) -> Result<(), CheckpointError> {
-        let n_bytes = State::n_bytes(mesh) + encode(&self.key).len() as u64 + SPARE_BYTES;
+        let n_bytes = State::n_bytes(mesh)
+            + encode(&self.key).len() as u64
+            + encode(&self.subdivision).len() as u64
+            + SPARE_BYTES;
         let fill = || {
             let mut file = AtomicWriteFile::open(&self.file)?;
             let zeros = vec![0u8; 1 << 20];

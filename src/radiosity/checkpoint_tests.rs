@@ -135,6 +135,7 @@ fn checkpoint_damaged_in_any_way_is_refused_with_its_own_error() {
         let body = KIND.read_from(path, bytes, bytes.len() as u64)?;
         let rest = &mut body.as_slice();
         let _: Key = KIND.section(path, rest, *b"OFWH")?;
+        let _: Subdivision = KIND.section(path, rest, *b"TREE")?;
         let _: State = KIND.section(path, rest, *b"STAT")?;
         KIND.end(path, rest)
     };

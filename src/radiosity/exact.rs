@@ -5,7 +5,7 @@
 //! every patch shoots B once --rows--> E of elements and vertices, account
 //! ```
 //! The unknown is the radiosity of every patch, in the discretisation that progressive refinement has: shooters are
-//! patches of uniform radiosity, receivers are elements, B_i = M_i + rho_i (H_i + sum_j F_ij B_j), where F_ij is the area
+//! patches of uniform radiosity, receivers are elements (and large emitters shoot in their parts first, as always), B_i = M_i + rho_i (H_i + sum_j F_ij B_j), where F_ij is the area
 //! mean over the elements of i of their factors to j and H_i that of the irradiance from lights without area. The same rows
 //! on both ways, so the two answers differ by what progressive refinement left unshot, and by rounding.
 //! Memory: 24 n^2 bytes for F, the matrix and its factors, and the rows, 4 bytes a non-zero factor.
@@ -14,6 +14,7 @@ use faer::Mat;
 use faer::prelude::*;
 
 use super::shooting::{Solver, deposit};
+use super::state::State;
 use super::{Solution, SolveError, SolveOptions, SolveProgress};
 use crate::mesh::{Mesh, PatchId};
 use crate::raycast::RayCaster;
@@ -49,18 +50,21 @@ pub(super) fn run(
     let options = SolveOptions { max_row_bytes: u64::MAX, ..*options };
     let mut solver = Solver::new(scene, mesh, &options, caster.surface_offset_m());
     let mut state = solver.begin(caster)?;
+    while solver.shoot_emitters(&mut state, caster)? {}
+    // Of what shoots by patches.
+    let exitance = |state: &State, patch: PatchId| state.unshot_exitance[patch.0 as usize];
     let active: Vec<PatchId> = (0..n_patches as u32)
         .map(PatchId)
-        .filter(|p| !(solver.exitance(*p).is_black() && solver.reflectance(*p).is_black()))
+        .filter(|p| !(exitance(&state, *p).is_black() && solver.reflectance(*p).is_black()))
         .collect();
     for chunk in active.chunks(ROWS_AT_ONCE) {
         solver.cast_and_keep(&mut state, chunk, caster)?;
-        let cast = state.known.len() as f64 / active.len() as f64;
+        let cast = state.kept.patches.len() as f64 / active.len() as f64;
         progress(SolveProgress { unshot_share: 1.0 - cast, ..solver.progress(&state) });
     }
-    let radiosity = radiosities(mesh, &solver, &active, |p| state.unshot_irradiance(mesh, p))?;
+    let radiosity = radiosities(mesh, &solver, &state, &active);
     for (patch, b) in active.iter().zip(radiosity) {
-        let exitance = solver.exitance(*patch);
+        let exitance = exitance(&state, *patch);
         let Some(row) = solver.row(*patch) else { continue };
         deposit(mesh, &mut state, *patch, exitance, b - exitance, row);
     }
@@ -72,13 +76,8 @@ pub(super) fn run(
     Ok(Solution { exact: true, ..solver.finish(state, caster)? })
 }
 
-/// B of the patches `active`; all others are black. `from_lights`: irradiance of a patch by lights without area (W/m^2).
-fn radiosities(
-    mesh: &Mesh,
-    solver: &Solver,
-    active: &[PatchId],
-    from_lights: impl Fn(usize) -> Rgb,
-) -> Result<Vec<Rgb>, SolveError> {
+/// B of the patches `active`; all others are black. What lights and large emitters sent waits in `state` to be reflected.
+fn radiosities(mesh: &Mesh, solver: &Solver, state: &State, active: &[PatchId]) -> Vec<Rgb> {
     let n = active.len();
     let mut place = vec![usize::MAX; mesh.patches.len()];
     for (i, patch) in active.iter().enumerate() {
@@ -96,20 +95,20 @@ fn radiosities(
             }
         });
     }
-    let mut solved = [Vec::new(), Vec::new(), Vec::new()];
+    let received: Vec<Rgb> = active.iter().map(|p| state.unshot_irradiance(mesh, p.0 as usize)).collect();
+    let mut radiosity = vec![Rgb::BLACK; n];
     for c in 0..3 {
         let rho = |i: usize| solver.reflectance(active[i]).0[c];
-        let same = (0..c).find(|&d| (0..n).all(|i| solver.reflectance(active[i]).0[d] == rho(i)));
         let matrix = Mat::<f64>::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - rho(i) * factors[(i, j)]);
-        let _ = same;
         let right = Mat::<f64>::from_fn(n, 1, |i, _| {
-            let patch = active[i];
-            solver.exitance(patch).0[c] + rho(i) * from_lights(patch.0 as usize).0[c]
+            state.unshot_exitance[active[i].0 as usize].0[c] + rho(i) * received[i].0[c]
         });
-        let x = matrix.partial_piv_lu().solve(&right);
-        solved[c] = (0..n).map(|i| x[(i, 0)]).collect();
+        let solution = matrix.partial_piv_lu().solve(&right);
+        for (i, b) in radiosity.iter_mut().enumerate() {
+            b.0[c] = solution[(i, 0)];
+        }
     }
-    Ok((0..n).map(|i| Rgb([solved[0][i], solved[1][i], solved[2][i]])).collect())
+    radiosity
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //! ```
 //! B = M + rho E. E is kept apart as direct (straight from an emitter or light) and indirect (the rest).
 //!
-//! Memory: per element and per vertex about 100 and 50 bytes; form-factor rows of patches that shot, 4 bytes a
-//! non-zero factor plus 0.2 bytes a receiver, up to [`SolveOptions::max_row_bytes`].
+//! Memory: see [`memory`]. Form-factor rows of patches that shot take 4 bytes a non-zero factor plus 0.2 bytes a receiver,
+//! up to [`SolveOptions::max_row_bytes`].
 
 pub use kernel::Kernel;
 use serde::{Deserialize, Serialize};
@@ -27,11 +27,12 @@ pub mod kernel;
 mod light_shots;
 pub mod lighting;
 pub mod lights;
+pub mod memory;
 mod near_field;
 mod probe;
 mod receivers;
-mod relight;
 pub mod refine;
+mod relight;
 mod row;
 mod rows;
 mod shooting;
@@ -201,8 +202,10 @@ pub struct UnshotRadiosity {
 /// What is known of a patch whose form factors were cast.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShooterRecord {
-    /// Its index.
+    /// Its index; parts of emitting surfaces count on from the last patch.
     pub patch: u32,
+    /// Its area (m^2).
+    pub area_m2: f64,
     /// Share of its power that leaves through openings.
     pub lost: f64,
     /// Share that falls on backs of one-sided surfaces.

@@ -85,7 +85,7 @@ fn changed(
             }
         }
     }
-    state.known = solution.shooters.iter().map(|s| (s.patch, Known::of(s, mesh))).collect();
+    state.known = solution.shooters.iter().map(|s| (s.patch, Known::of(s))).collect();
     let before = solution.earlier.unwrap_or_default();
     state.earlier = Some(EarlierWork {
         n_solves: before.n_solves + 1,

@@ -1,4 +1,3 @@
-use super::*;
 use crate::mesh::Mesh;
 use crate::radiosity::solution_file::{load_of_geometry, save};
 use crate::radiosity::tests::{grey, lit_cube, room, scene};

@@ -35,6 +35,8 @@ use crate::units::Rgb;
 /// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
 /// errors of single ones average out, and rays would be spent fourfold.
 const MAX_FULL_SHOOTERS: usize = 256;
+/// The same where the rest is shot stochastically.
+const MAX_FULL_SHOOTERS_OF_MANY: usize = 16;
 /// Rows that are cast in one query, while there is memory to keep them: a command of the board is worth its set-up then,
 /// and its clusters get equal shares. What is cast ahead and never shoots is at most this many rows.
 const ROWS_PER_QUERY: usize = 16;
@@ -118,11 +120,9 @@ impl<'a> Solver<'a> {
             offset_m,
             optics: optics.collect(),
             exitance: mesh.patches.iter().map(|p| scene.surfaces[p.surface.0 as usize].exitance).collect(),
-            emitters: match mesh.patches.len() > options.max_shooters
-                && options.form_factors == FormFactorMethod::Vertex
-            {
-                true => emitters::of(scene, mesh),
-                false => Vec::new(),
+            emitters: match options.form_factors {
+                FormFactorMethod::Vertex if is_large(mesh, options) => emitters::of(scene, mesh),
+                _ => Vec::new(),
             },
             receivers: None,
             rows: RowStore::default(),
@@ -155,17 +155,13 @@ impl<'a> Solver<'a> {
         self.optics[patch.0 as usize].reflectance
     }
 
-    pub(super) fn exitance(&self, patch: PatchId) -> Rgb {
-        self.exitance[patch.0 as usize]
-    }
-
     /// One shot, or one chunk of stochastic rays; false, and nothing done, when the solve is over.
     pub(super) fn step(&mut self, state: &mut State, caster: &mut dyn RayCaster) -> Result<bool, SolveError> {
         if state.stochastic.is_none() {
             let emitted = magnitude(state.account.emitted_w);
-            // A surface whose parts have begun to shoot shoots to its end.
-            let inside = state.n_emitters > 0 && !self.emitters[state.n_emitters as usize - 1].is_last;
-            if (inside || state.n_shots < self.options.max_shots) && self.shoot_emitters(state, caster)? {
+            // A surface is not left with some of its parts shot: what is unshot is known by patch.
+            let may_shoot = state.n_shots < self.options.max_shots || self.is_inside_emitter(state);
+            if may_shoot && self.shoot_emitters(state, caster)? {
                 return Ok(true);
             }
             if state.n_shots >= self.options.max_shots
@@ -215,8 +211,7 @@ impl<'a> Solver<'a> {
         if self.options.form_factors == FormFactorMethod::Hemisphere {
             return true;
         }
-        let n_patches = self.mesh.patches.len();
-        n_patches > self.options.max_shooters
+        is_large(self.mesh, self.options)
             && !state.known.contains_key(&patch.0)
             && (state.known.len() >= self.options.max_shooters
                 || stochastic::is_cheaper(self.mesh, &self.optics, self.options, state, patch))
@@ -265,7 +260,7 @@ impl<'a> Solver<'a> {
         caster: &mut dyn RayCaster,
     ) -> Result<(), SolveError> {
         self.need_receivers();
-        let shooters: Vec<ShooterId> = patches.iter().copied().map(ShooterId::Patch).collect();
+        let shooters: Vec<ShooterId> = patches.iter().map(|p| ShooterId::Patch(*p)).collect();
         let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
         state.n_rays += n_rays;
         for (patch, (row, stray)) in patches.iter().zip(&batch) {
@@ -280,25 +275,34 @@ impl<'a> Solver<'a> {
         self.rows.get(patch)
     }
 
+    /// True when some parts of an emitting surface have shot, and others have not.
+    fn is_inside_emitter(&self, state: &State) -> bool {
+        let last = (state.n_emitters as usize).checked_sub(1);
+        last.and_then(|e| self.emitters.get(e)).is_some_and(|emitter| !emitter.is_last)
+    }
+
     /// Shoots the next parts of emitting surfaces, as many as are cast in one query; false when there are none left.
-    fn shoot_emitters(&mut self, state: &mut State, caster: &mut dyn RayCaster) -> Result<bool, SolveError> {
-        let first = state.n_emitters as usize;
-        if first >= self.emitters.len() {
+    pub(super) fn shoot_emitters(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<bool, SolveError> {
+        let n = self.emitters.len();
+        let unshot = |e: &usize| !state.unshot_exitance[self.emitters[*e].patches.0 as usize].is_black();
+        let Some(first) = (state.n_emitters as usize..n).find(unshot) else {
+            state.n_emitters = n as u32;
             return Ok(false);
-        }
+        };
+        let last = (first..n).find(|e| !unshot(e)).unwrap_or(n);
         self.need_receivers();
-        let last = (first + self.rows_per_query()).min(self.emitters.len());
+        let last = (first + self.rows_per_query()).min(last);
         let shooters: Vec<ShooterId> = (first..last).map(|e| ShooterId::Emitter(e as u32)).collect();
         let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
         state.n_rays += n_rays;
         for (e, (row, stray)) in (first..last).zip(&batch) {
             let Emitter { area_m2, patches, is_last, .. } = self.emitters[e];
-            let of_surface = &state.unshot_exitance[patches.0 as usize..patches.1 as usize];
-            let exitance = of_surface[0];
-            // Nothing to shoot, or patches have shot some of it by themselves (in a solve that this one goes on from).
-            if exitance.is_black() || of_surface.iter().any(|m| *m != exitance) {
-                continue;
-            }
+            // All patches of the surface have the same.
+            let exitance = state.unshot_exitance[patches.0 as usize];
             add_row(state, exitance, Rgb::BLACK, row);
             let power_w = exitance * area_m2;
             state.account.lost_w += power_w * stray.lost;
@@ -335,10 +339,12 @@ impl<'a> Solver<'a> {
             dense: self.options.dense_visibility,
         };
         let n_emitters = self.exitance.iter().filter(|m| !m.is_black()).count();
+        let max_full = match is_large(self.mesh, self.options) {
+            true => MAX_FULL_SHOOTERS_OF_MANY,
+            false => MAX_FULL_SHOOTERS,
+        };
         let is_full = |shooter: &ShooterId| match shooter {
-            ShooterId::Patch(patch) => {
-                n_emitters <= MAX_FULL_SHOOTERS && !self.exitance[patch.0 as usize].is_black()
-            }
+            ShooterId::Patch(patch) => n_emitters <= max_full && !self.exitance[patch.0 as usize].is_black(),
             ShooterId::Emitter(_) => false,
         };
         let wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
@@ -407,7 +413,8 @@ impl<'a> Solver<'a> {
         }
         for batch in missing.chunks(ROWS_PER_QUERY) {
             let shooters: Vec<ShooterId> = batch.iter().copied().map(ShooterId::Patch).collect();
-            for (patch, (row, _)) in batch.iter().zip(self.cast_rows(&shooters, caster)?.0) {
+            let (rows, _) = self.cast_rows(&shooters, caster)?;
+            for (patch, (row, _)) in batch.iter().zip(rows) {
                 self.rows.restore(*patch, row);
             }
         }
@@ -468,14 +475,16 @@ impl<'a> Solver<'a> {
             n_rays: state.n_rays,
             reciprocity: state.reciprocity.unwrap_or_default(),
             error_estimate: relight::combined(state.earlier_error, error),
-            shooters: (state.known.iter())
-                .filter(|(patch, _)| (**patch as usize) < self.mesh.patches.len())
-                .map(|(patch, known)| known.record(*patch))
-                .collect(),
+            shooters: state.known.iter().map(|(patch, known)| known.record(*patch)).collect(),
             earlier: state.earlier,
             exact: false,
         })
     }
+}
+
+/// True for scenes that will end stochastically, if they do not end before.
+fn is_large(mesh: &Mesh, options: &SolveOptions) -> bool {
+    mesh.patches.len() > options.max_shooters
 }
 
 /// The patch with most unshot power, the first of equals; `None` when nothing is left.

@@ -3,6 +3,7 @@
 //! ```text
 //! frame of framed_file.rs, magic "RADSOL\r\n"; its body, sections one behind the other, each in postcard's encoding:
 //!   GEOM   hash of the mesh; numbers of its elements, vertices, patches
+//!   TREE   how the patches are cut into elements                            -> Subdivision
 //!   LITE   emission and reflection of every surface, lights                 -> Lighting
 //!   OPTS   options that it was solved with                                  -> SolveOptions
 //!   FACT   energy account, counts, errors of the form factors               -> Facts
@@ -20,11 +21,11 @@ use super::lighting::Lighting;
 use super::{EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, ShooterRecord};
 use super::{Solution, SolveOptions, SplitIrradiance, UnshotRadiosity};
 use crate::framed_file::{FramedFileError, Kind, encode, put_section};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Subdivision};
 use crate::scene::Scene;
 
 /// The kind of these files.
-const KIND: Kind = Kind { magic: *b"RADSOL\r\n", version: 2, name: "a solution file", sectioned: true };
+const KIND: Kind = Kind { magic: *b"RADSOL\r\n", version: 3, name: "a solution file", sectioned: true };
 
 /// Why a solution file was not written or not read.
 #[derive(Debug, thiserror::Error)]
@@ -135,7 +136,9 @@ pub fn save(
     options: &SolveOptions,
     solution: &Solution,
 ) -> Result<(), SolutionFileError> {
-    Ok(KIND.write(path, &body_of(&Geometry::of(scene, mesh), &Lighting::of(scene), options, solution))?)
+    let body =
+        body_of(&Geometry::of(scene, mesh), &mesh.subdivision(), &Lighting::of(scene), options, solution);
+    Ok(KIND.write(path, &body)?)
 }
 
 /// Reads a solution of `scene` as meshed in `mesh`, and the options that it was made with.
@@ -162,7 +165,31 @@ pub fn load_of_geometry(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<Store
     }
 }
 
-fn body_of(geometry: &Geometry, lighting: &Lighting, options: &SolveOptions, solution: &Solution) -> Vec<u8> {
+/// The mesh of `scene` that a solution was made on, where the file cuts the patches of `mesh` otherwise than it does.
+///
+/// `None` also where the file is of another number of patches: [`load`] says so then.
+///
+/// # Errors
+/// As [`load`], of a file that is damaged.
+pub fn remeshed(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<Option<Mesh>, SolutionFileError> {
+    let body = KIND.read(path)?;
+    let rest = &mut &*body;
+    let _: Geometry = KIND.section(path, rest, *b"GEOM")?;
+    let subdivision: Subdivision = KIND.section(path, rest, *b"TREE")?;
+    if subdivision.n_patches() as usize != mesh.patches.len() || subdivision == mesh.subdivision() {
+        return Ok(None);
+    }
+    let remeshed = Mesh::build_with(scene, &subdivision);
+    Ok(Some(remeshed.map_err(|fault| KIND.fault(path, format!("TREE: {fault}")))?))
+}
+
+fn body_of(
+    geometry: &Geometry,
+    subdivision: &Subdivision,
+    lighting: &Lighting,
+    options: &SolveOptions,
+    solution: &Solution,
+) -> Vec<u8> {
     let facts = Facts {
         account: solution.account,
         n_shots: solution.n_shots as u64,
@@ -176,6 +203,7 @@ fn body_of(geometry: &Geometry, lighting: &Lighting, options: &SolveOptions, sol
     };
     let mut body = Vec::new();
     put_section(&mut body, *b"GEOM", geometry);
+    put_section(&mut body, *b"TREE", subdivision);
     put_section(&mut body, *b"LITE", lighting);
     put_section(&mut body, *b"OPTS", options);
     put_section(&mut body, *b"FACT", &facts);
@@ -189,6 +217,7 @@ fn body_of(geometry: &Geometry, lighting: &Lighting, options: &SolveOptions, sol
 fn decode(path: &Path, body: &[u8]) -> Result<(Geometry, Stored), FramedFileError> {
     let rest = &mut &*body;
     let geometry: Geometry = KIND.section(path, rest, *b"GEOM")?;
+    let _: Subdivision = KIND.section(path, rest, *b"TREE")?;
     let lighting: Lighting = KIND.section(path, rest, *b"LITE")?;
     let options: SolveOptions = KIND.section(path, rest, *b"OPTS")?;
     let facts: Facts = KIND.section(path, rest, *b"FACT")?;
@@ -215,9 +244,6 @@ fn decode(path: &Path, body: &[u8]) -> Result<(Geometry, Stored), FramedFileErro
     }
     if let Some(i) = unshot.iter().position(|u| !(u.emitted.is_finite() && u.reflected.is_finite())) {
         return fault(format!("entry {i} of REST is no finite radiosity"));
-    }
-    if let Some(s) = shooters.iter().find(|s| u64::from(s.patch) >= geometry.n_patches) {
-        return fault(format!("patch {} in SHOT, there are {}", s.patch, geometry.n_patches));
     }
     if let Some(what) = lighting.fault() {
         return fault(what);

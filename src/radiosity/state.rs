@@ -38,13 +38,13 @@ pub(super) struct Known {
 impl Known {
     pub(super) fn record(&self, patch: u32) -> ShooterRecord {
         let StrayShares { lost, back } = self.stray;
-        ShooterRecord { patch, lost, back, row_sum: self.row_sum }
+        ShooterRecord { patch, area_m2: self.area_m2, lost, back, row_sum: self.row_sum }
     }
 
-    pub(super) fn of(record: &ShooterRecord, mesh: &Mesh) -> Known {
+    pub(super) fn of(record: &ShooterRecord) -> Known {
         Known {
             stray: StrayShares { lost: record.lost, back: record.back },
-            area_m2: mesh.patches[record.patch as usize].area_m2,
+            area_m2: record.area_m2,
             row_sum: record.row_sum,
         }
     }
@@ -124,7 +124,6 @@ impl State {
         of_patches == [mesh.patches.len(); 4]
             && self.elements.len() == mesh.elements.len()
             && self.vertices.len() == mesh.vertices.len()
-            && self.known.keys().all(|p| (*p as usize) < mesh.patches.len() + self.n_emitters as usize)
             && self.kept.patches.iter().all(|p| (*p as usize) < mesh.patches.len())
     }
 

@@ -137,7 +137,7 @@ impl Shader<'_> {
         dir: DVec3,
     ) -> DVec3 {
         let flat = turn * patch.normal;
-        let curved = matches!(surface.shape, Shape::Sphere { .. } | Shape::Cylinder { .. });
+        let curved = matches!(surface.shape, Shape::Sphere { .. } | Shape::Cylinder { .. } | Shape::Faces(_));
         if !curved && surface.smooth_group == 0 {
             return flat;
         }

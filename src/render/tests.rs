@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::*;
-use crate::radiosity::{EnergyAccount, RowSumError, SplitIrradiance};
+use crate::radiosity::SplitIrradiance;
 use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Material, MaterialId, Meshing, Shape, Surface};
 

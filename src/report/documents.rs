@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::{BoardReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
+use crate::radiosity::refine::RefineReport;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
 use crate::radiosity::{
     EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, Solution, SolveOptions,
@@ -70,6 +71,9 @@ impl SceneFacts {
 pub struct PassOneReport {
     /// How the solution came to be.
     pub pass_1: PassOneFacts,
+    /// How the mesh was refined, where it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<RefineReport>,
     /// Where the power went (W).
     pub account: EnergyAccount,
     /// Row-sum error of the form factors, before any correction.
@@ -122,12 +126,18 @@ impl PassOneReport {
                 earlier: solution.earlier,
                 error_estimate: solution.error_estimate.clone(),
             },
+            refinement: None,
             account: solution.account,
             row_sum_error: solution.row_sum_error,
             reciprocity: solution.reciprocity,
             totals: totals(&surfaces),
             surfaces,
         }
+    }
+
+    /// The same of a refined mesh.
+    pub fn refined(self, refinement: Option<RefineReport>) -> PassOneReport {
+        PassOneReport { refinement, ..self }
     }
 }
 

@@ -4,6 +4,7 @@
 //! label     value, value, value
 //! ```
 
+use crate::radiosity::refine::RefineReport;
 use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
@@ -116,7 +117,7 @@ pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
     } else {
         block_kinds_table(&mut out, &r.board);
     }
-    super::observed::observed_lines(&mut out, r.observed.as_ref());
+    super::observed_text::observed_lines(&mut out, r.observed.as_ref());
     time_line(&mut out, &r.timings);
     out
 }
@@ -196,7 +197,51 @@ pub(super) fn scene_line(out: &mut String, s: &SceneFacts) {
     );
 }
 
+fn refinement_lines(out: &mut String, r: &RefineReport) {
+    line(
+        out,
+        "mesh",
+        format_args!(
+            "refined: {} elements ({} for balance; uniform {}, at most {}), {} to decide; estimated error of \
+             interpolation {} (wanted {})",
+            r.n_elements,
+            r.n_for_balance,
+            r.n_uniform,
+            r.n_limit,
+            count(r.n_rays, "rays"),
+            percent(r.estimated_error),
+            percent(r.wanted_error),
+        ),
+    );
+    if r.n_cut_by_count + r.n_cut_by_depth > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "cut off: {} splits by the limit on elements, {} elements by the limit of {} splits inside each other",
+                r.n_cut_by_count, r.n_cut_by_depth, r.max_depth
+            ),
+        );
+    }
+    if r.lines.n_segments > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "shadow lines: {} segments on patches, {} element edges stand for them (C-1)",
+                r.lines.n_segments, r.lines.n_flagged_edges
+            ),
+        );
+    }
+    if r.lines.skipped {
+        line(out, "", format_args!("shadow lines: not looked for, too many edges and patches"));
+    }
+}
+
 fn pass_1_lines(out: &mut String, r: &PassOneReport) {
+    if let Some(refinement) = &r.refinement {
+        refinement_lines(out, refinement);
+    }
     let p = &r.pass_1;
     let from = p.loaded_from.as_ref().map(|f| format!(" (from {})", f.display())).unwrap_or_default();
     line(

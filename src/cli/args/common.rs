@@ -57,6 +57,15 @@ pub struct PassOneArgs {
     pub wanted_error: Option<f64>,
 }
 
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SwitchArg {
+    /// On
+    On,
+    /// Off
+    Off,
+}
+
 /// Options of everything that casts rays.
 #[derive(Debug, Args)]
 pub struct CastArgs {
@@ -69,6 +78,9 @@ pub struct CastArgs {
     /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
+    /// Refine the mesh where light changes, up to four times the elements, or not, instead of the scene's `meshing` key
+    #[arg(long, value_enum, value_name = "on|off", hide_possible_values = true)]
+    pub adaptive: Option<SwitchArg>,
     /// Seed of every sampling pattern
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,

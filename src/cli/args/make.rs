@@ -63,6 +63,10 @@ pub struct GenerateArgs {
   descriptors   bundle descriptors against explicit rays on the bus
   throughput    rays a second over the board's parameters
 
+and of pass 1, which `all` leaves out:
+
+  validation    view factors, furnaces, energy, the lit cube, CIE 171 against closed forms: docs/validation.md
+
 The same command writes the same bytes, but for `amdahl`, which measures wall time.
 Exit status 1 when a check that an experiment makes of itself fails.")]
 pub struct ExperimentArgs {

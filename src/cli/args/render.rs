@@ -31,9 +31,12 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
   radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
   radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png
   radeng render scene.toml --false-colour illuminance=lux.png --scale 0,500
-  radeng render scene.toml -o view.png --false-colour luminance --scale-kind log")]
+  radeng render scene.toml -o view.png --false-colour luminance --scale-kind log
+  radeng render model.glb -o model.png
+
+A model file without a camera gets one that frames it, one without light gets light; both are told.")]
 pub struct RenderArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
     /// [default: the scene's name, as .png and .exr, in the current directory]
@@ -81,7 +84,7 @@ pub struct RenderArgs {
   radeng solve scene.toml -o early.radsol --max-shots 50 && radeng render scene.toml --solution early.radsol --ambient
   radeng solve scene.toml -o exact.radsol --elements 2000 --exact")]
 pub struct SolveArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Solution file to write
     #[arg(short, long = "output", value_name = "FILE.radsol")]

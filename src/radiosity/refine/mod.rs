@@ -9,10 +9,11 @@
 //! interpolation was wrong by. What a split is worth is the fall of the integral of the squared error, luminance over the
 //! mean of its surface, for three elements more. So cells grow smaller toward room edges, where E = a + c d^0.68, along
 //! shadow borders, and under whatever else bends E. Patches, and with them casters, stay as they are: only receivers
-//! are refined. Shots are taken from patches, coarse ones in an adaptive mesh.
+//! are refined.
 //!
-//! Depth counts from the initial mesh's elements. Limits bound both depth and number, and [`RefineReport`] says what
-//! they cut off. Not modelled: lines inserted as element edges, sources finer than a patch.
+//! The first mesh has one element a patch, so where light is even the refined mesh is coarser than the uniform one of the
+//! same patches, 2 x 2 elements each. Depth counts from the uniform mesh's elements. Limits bound both depth and number,
+//! and [`RefineReport`] says what they cut off. Not modelled: lines inserted as element edges, sources finer than a patch.
 //!
 //! Source: Cohen, Greenberg, Immel, Brock 1986 (adaptive subdivision); Lischinski, Tampieri, Greenberg 1992
 //! (discontinuity lines); Breiman, Friedman, Olshen, Stone 1984 (pruning by gain per leaf).
@@ -21,10 +22,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::{Mesh, Place, Subdivision};
+use crate::mesh::{Mesh, Place};
 use crate::radiosity::{Solution, SolveError, SolveOptions, SolveProgress, solve};
 use crate::raycast::RayCaster;
-use crate::scene::Scene;
+use crate::scene::{MAX_ELEMENTS, Scene};
 
 mod gain;
 mod lines;
@@ -39,9 +40,9 @@ use select::Splits;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RefineOptions {
-    /// Most elements, over the number of the initial mesh.
+    /// Most elements, over the number of the uniform mesh.
     pub max_growth: f64,
-    /// Most splits of an initial element, one inside the other.
+    /// Most splits of an element of the uniform mesh, one inside the other.
     pub max_depth: u32,
     /// Stop where the estimated error of interpolation is under this: relative L2 over all surfaces, luminance over the
     /// surface's mean.
@@ -59,8 +60,8 @@ impl Default for RefineOptions {
 /// What refinement did and what its limits cut off.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RefineReport {
-    /// Elements of the initial mesh.
-    pub n_initial: u64,
+    /// Elements of the uniform mesh of the same patches.
+    pub n_uniform: u64,
     /// Elements of the final mesh.
     pub n_elements: u64,
     /// Of these, elements that only the balance of 2:1 asked for.
@@ -85,9 +86,7 @@ pub struct RefineReport {
     pub lines: LineReport,
 }
 
-/// Refines a mesh of `scene` for what `scene` looks like and solves it: the mesh, its solution, what was done.
-///
-/// `mesh` is the initial mesh; the caster is of its patches. Same bits for any number of threads.
+/// Refines a mesh of `scene` for its light and solves it: the mesh, its solution, what was done.
 ///
 /// # Errors
 /// [`SolveError`] when the caster fails.
@@ -96,15 +95,35 @@ pub fn solve_adaptive(
     mesh: &Mesh,
     caster: &mut dyn RayCaster,
     options: &SolveOptions,
-    refine: &RefineOptions,
+    refine_options: &RefineOptions,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<(Mesh, Solution, RefineReport), SolveError> {
-    let initial = mesh.subdivision();
+    let (refined, report) = refine(scene, mesh, caster, options, refine_options, progress)?;
+    let solution = solve(scene, &refined, caster, options, progress)?;
+    Ok((refined, solution, report))
+}
+
+/// Refines a mesh of `scene` for its light.
+///
+/// `mesh` is the uniform mesh; the caster is of its patches, which are those of the refined mesh, too. `options` are
+/// those of the solve that follows. Same bits for any number of threads.
+///
+/// # Errors
+/// [`SolveError`] when the caster fails.
+pub fn refine(
+    scene: &Scene,
+    mesh: &Mesh,
+    caster: &mut dyn RayCaster,
+    options: &SolveOptions,
+    refine: &RefineOptions,
+    progress: &mut dyn FnMut(SolveProgress),
+) -> Result<(Mesh, RefineReport), SolveError> {
     let limit = (mesh.elements.len() as f64 * refine.max_growth.max(1.0)) as u64;
+    let limit = limit.min(2 * u64::from(MAX_ELEMENTS)).max(mesh.elements.len() as u64);
     let trial_options =
         SolveOptions { unshot_share: options.unshot_share.max(refine.trial_unshot_share), ..*options };
     let mut report = RefineReport {
-        n_initial: mesh.elements.len() as u64,
+        n_uniform: mesh.elements.len() as u64,
         n_limit: limit,
         max_depth: refine.max_depth,
         wanted_error: refine.wanted_error,
@@ -114,12 +133,12 @@ pub fn solve_adaptive(
     report.lines = lines.report();
     report.n_rays += lines.n_rays;
     let mut splits = Splits::new(mesh, refine.max_depth);
-    for _ in 0..refine.max_depth {
+    for _ in 0..splits.max_depth() {
         let candidates = splits.candidates(limit);
         if candidates.is_empty() {
             break;
         }
-        let trial = splits.mesh(scene, &initial, &candidates);
+        let trial = splits.mesh(scene, &candidates);
         report.trials.push(trial.elements.len() as u64);
         let loose = solve(scene, &trial, caster, &trial_options, progress)?;
         report.n_rays += loose.n_rays;
@@ -134,7 +153,7 @@ pub fn solve_adaptive(
     }
     let total_area_m2 = mesh.total_area_m2();
     let chosen = splits.choose(limit, refine.wanted_error * refine.wanted_error * total_area_m2);
-    let mut final_mesh = splits.mesh(scene, &initial, &chosen.nodes);
+    let mut final_mesh = splits.mesh(scene, &chosen.nodes);
     // The balance costs elements that the choice does not know: choose fewer until the limit is met.
     let mut chosen = chosen;
     let mut budget = limit;
@@ -143,18 +162,17 @@ pub fn solve_adaptive(
         if n <= limit || chosen.nodes.is_empty() {
             break;
         }
-        budget = budget.saturating_sub(n - limit).max(report.n_initial);
+        budget = budget.saturating_sub(n - limit);
         chosen = splits.choose(budget, refine.wanted_error * refine.wanted_error * total_area_m2);
-        final_mesh = splits.mesh(scene, &initial, &chosen.nodes);
+        final_mesh = splits.mesh(scene, &chosen.nodes);
     }
     report.n_elements = final_mesh.elements.len() as u64;
-    report.n_for_balance = report.n_elements - report.n_initial - 3 * chosen.nodes.len() as u64;
+    report.n_for_balance = report.n_elements - mesh.patches.len() as u64 - 3 * chosen.nodes.len() as u64;
     report.estimated_error = (chosen.squared_error / total_area_m2).sqrt();
     report.n_cut_by_count = chosen.n_cut_by_count;
     report.n_cut_by_depth = chosen.n_cut_by_depth;
     report.lines.n_flagged_edges = lines.flag(&mut final_mesh);
-    let solution = solve(scene, &final_mesh, caster, options, progress)?;
-    Ok((final_mesh, solution, report))
+    Ok((final_mesh, report))
 }
 
 /// A node of a patch's quadtree.
@@ -164,9 +182,9 @@ type Node = (u32, Place);
 type ByNode<T> = BTreeMap<Node, T>;
 
 impl Splits {
-    /// The mesh with all splits of the initial one, those of `extra` and those above them.
-    fn mesh(&self, scene: &Scene, initial: &Subdivision, extra: &[Node]) -> Mesh {
-        let subdivision = self.subdivision(initial, extra);
+    /// The mesh with these splits and those above them.
+    fn mesh(&self, scene: &Scene, nodes: &[Node]) -> Mesh {
+        let subdivision = self.subdivision(nodes);
         // The patches are those of the scene: only a bug makes other ones.
         Mesh::build_with(scene, &subdivision).unwrap_or_else(|fault| panic!("a refined mesh {fault}"))
     }

@@ -11,7 +11,7 @@
 
 use super::gain::ERROR_PER_GAIN;
 use super::{ByNode, Node};
-use crate::mesh::{Mesh, Place, Subdivision};
+use crate::mesh::{MAX_LEVEL, Mesh, Place, Subdivision};
 
 /// Squared error after a split over that before it, where nothing was measured: between a quadratic, 1/16, and a step,
 /// 1/2.
@@ -21,9 +21,8 @@ const N_BISECTIONS: u32 = 40;
 
 /// Splits tried so far.
 pub(super) struct Splits {
-    /// Elements of the initial mesh.
-    roots: Vec<Node>,
-    max_depth: u32,
+    /// Most splits inside each other, patch by patch.
+    depths: Vec<u32>,
     gains: ByNode<f64>,
 }
 
@@ -38,20 +37,34 @@ pub(super) struct Chosen {
 }
 
 impl Splits {
+    /// Of whole patches; elements of `mesh` may be split `max_depth` times more than they are.
     pub(super) fn new(mesh: &Mesh, max_depth: u32) -> Splits {
-        let roots = mesh.elements.iter().map(|e| (e.patch.0, e.place)).collect();
-        Splits { roots, max_depth, gains: ByNode::new() }
+        let deepest = |p: &crate::mesh::Patch| {
+            let own = &mesh.elements[p.elements.start as usize..p.elements.end as usize];
+            own.iter().map(|e| e.place.level()).max().unwrap_or(0)
+        };
+        let depths = mesh.patches.iter().map(|p| (deepest(p) + max_depth).min(MAX_LEVEL)).collect();
+        Splits { depths, gains: ByNode::new() }
+    }
+
+    /// Most splits of any patch.
+    pub(super) fn max_depth(&self) -> u32 {
+        self.depths.iter().copied().max().unwrap_or(0)
+    }
+
+    fn roots(&self) -> impl Iterator<Item = (Node, u32)> {
+        self.depths.iter().enumerate().map(|(p, depth)| ((p as u32, Place::ROOT), *depth))
     }
 
     pub(super) fn measured(&mut self, patch: u32, place: Place, gain: f64) {
         self.gains.insert((patch, place), gain);
     }
 
-    /// Untried splits worth a trial: all of the initial elements at first, then those of elements that a choice within
-    /// `limit` elements would make and, by extrapolation, split again.
+    /// Untried splits worth a trial: of all patches at first, then those of elements that a choice within `limit` elements
+    /// would make and, by extrapolation, split again.
     pub(super) fn candidates(&self, limit: u64) -> Vec<Node> {
         if self.gains.is_empty() {
-            return self.roots.clone();
+            return self.roots().filter(|(_, depth)| *depth > 0).map(|(root, _)| root).collect();
         }
         let price = self.price_for(limit, true);
         let chosen = self.pruned(price, true);
@@ -68,7 +81,7 @@ impl Splits {
         let nodes = self.pruned(price, false);
         let n_wanted = self.pruned(wanted_price, false).len();
         let squared_error = self.squared_error(&nodes);
-        let deepest = self.leaves(&nodes).into_iter().filter(|(_, depth, _)| *depth == self.max_depth);
+        let deepest = self.leaves(&nodes).into_iter().filter(|(_, left, _)| *left == 0);
         let n_cut_by_depth = deepest.filter(|(_, _, error)| *error > 3.0 * ERROR_PER_GAIN * price).count();
         Chosen {
             n_cut_by_count: (n_wanted.saturating_sub(nodes.len())) as u64,
@@ -80,7 +93,7 @@ impl Splits {
 
     /// Smallest price at which the elements stay within `limit`.
     fn price_for(&self, limit: u64, extrapolate: bool) -> f64 {
-        let room = limit.saturating_sub(self.roots.len() as u64) / 3;
+        let room = limit.saturating_sub(self.depths.len() as u64) / 3;
         let largest = self.gains.values().copied().fold(0.0, f64::max);
         let fits = |price: f64| self.pruned(price, extrapolate).len() as u64 <= room;
         if largest <= 0.0 {
@@ -118,8 +131,8 @@ impl Splits {
     /// The nodes that the best pruning at this price of an element splits, in order.
     fn pruned(&self, price: f64, extrapolate: bool) -> Vec<Node> {
         let mut kept = Vec::new();
-        for &(patch, place) in &self.roots {
-            self.visit((patch, place), self.max_depth, None, price, extrapolate, &mut kept);
+        for (root, depth) in self.roots() {
+            self.visit(root, depth, None, price, extrapolate, &mut kept);
         }
         kept.sort_unstable();
         kept
@@ -160,14 +173,14 @@ impl Splits {
         }
     }
 
-    /// Elements under these splits: node, depth, estimated integral of the squared error (m^2).
+    /// Elements under these splits: node, splits left to the limit, estimated integral of the squared error (m^2).
     fn leaves(&self, nodes: &[Node]) -> Vec<(Node, u32, f64)> {
         let mut leaves = Vec::new();
         let is_split = |node: &Node| nodes.binary_search(node).is_ok();
         let mut open: Vec<(Node, u32, Option<(f64, f64)>)> = Vec::new();
-        for &root in &self.roots {
-            open.push((root, 0, None));
-            while let Some((node, depth, above)) = open.pop() {
+        for (root, depth) in self.roots() {
+            open.push((root, depth, None));
+            while let Some((node, left, above)) = open.pop() {
                 let gain = self.gains.get(&node).copied();
                 if is_split(&node) {
                     let gain = gain.unwrap_or(0.0);
@@ -178,11 +191,11 @@ impl Splits {
                     };
                     open.extend((0..4).map(|k| {
                         let quarter = (node.0, node.1.quarter(k));
-                        (quarter, depth + 1, Some((gain, gain * fall / 4.0)))
+                        (quarter, left - 1, Some((gain, gain * fall / 4.0)))
                     }));
                 } else {
                     let gain = gain.or(above.map(|(_, expected)| expected)).unwrap_or(0.0);
-                    leaves.push((node, depth, ERROR_PER_GAIN * gain));
+                    leaves.push((node, left, ERROR_PER_GAIN * gain));
                 }
             }
         }
@@ -193,18 +206,16 @@ impl Splits {
         self.leaves(nodes).into_iter().map(|(_, _, error)| error).sum()
     }
 
-    /// The initial splits, those of `nodes` and all above these.
-    pub(super) fn subdivision(&self, initial: &Subdivision, nodes: &[Node]) -> Subdivision {
+    /// The splits of `nodes` and all above these.
+    pub(super) fn subdivision(&self, nodes: &[Node]) -> Subdivision {
         let mut split: Vec<Node> = Vec::with_capacity(2 * nodes.len());
         for &(patch, place) in nodes {
             split.extend((0..=place.level()).map(|level| (patch, place.at_level(level))));
         }
-        // What the initial mesh splits: everything above its elements.
-        for &(patch, place) in &self.roots {
-            split.extend((0..place.level()).map(|level| (patch, place.at_level(level))));
-        }
         split.sort_unstable();
         split.dedup();
-        Subdivision::new(initial.n_patches(), |patch, place| split.binary_search(&(patch, place)).is_ok())
+        Subdivision::new(self.depths.len() as u32, |patch, place| {
+            split.binary_search(&(patch, place)).is_ok()
+        })
     }
 }

@@ -1,4 +1,4 @@
-//! Adaptive meshing against uniform meshing: elements for the same error, and the best that any quadtree could do.
+//! Errors of meshes and solutions against a dense reference, and the best that any quadtree could do.
 //!
 //! ```text
 //! dense reference --means of its elements--> samples (point, side, Y)          rays find each in the patches of a mesh
@@ -13,7 +13,7 @@
 use glam::DVec2;
 
 use crate::geom::{Aabb, DVec3, Ray};
-use crate::mesh::{Corners, Mesh, PatchId, Place, Subdivision, SurfacePoint};
+use crate::mesh::{Corners, Mesh, PatchId, Place, Subdivision};
 use crate::radiosity::refine::{RefineOptions, RefineReport, corner, solve_adaptive};
 use crate::radiosity::{Solution, SolveError, SolveOptions, solve};
 use crate::raycast::software::SoftwareCaster;
@@ -112,15 +112,23 @@ pub fn adaptive(
 }
 
 impl Reference {
-    /// Solves a uniform mesh of `target`, each of its elements split once more as receivers.
+    /// Solves the patches of `target`, its elements split `splits` times more: sources as coarse as those of the meshes
+    /// that are compared, receivers finer.
     ///
     /// # Errors
     /// When the caster fails.
-    pub fn new(scene: &Scene, target: MeshTarget, options: &SolveOptions) -> Result<Reference, SolveError> {
+    pub fn new(
+        scene: &Scene,
+        target: MeshTarget,
+        splits: u32,
+        options: &SolveOptions,
+    ) -> Result<Reference, SolveError> {
         let scene = sized(scene, target);
-        let coarse = Mesh::build(&scene);
-        let finer = coarse.subdivision().split(&vec![true; coarse.elements.len()]);
-        let mesh = Mesh::build_with(&scene, &finer).unwrap_or(coarse);
+        let mut mesh = Mesh::build(&scene);
+        for _ in 0..splits {
+            let finer = mesh.subdivision().split(&vec![true; mesh.elements.len()]);
+            mesh = Mesh::build_with(&scene, &finer).unwrap_or(mesh);
+        }
         let mut caster = SoftwareCaster::new(mesh.cast_patches());
         let solution = solve(&scene, &mesh, &mut caster, options, &mut |_| {})?;
         Ok(Reference::of(&scene, mesh, &solution))
@@ -160,18 +168,7 @@ impl Reference {
     /// Relative L2 errors of a mesh's solution; `patches` as [`found_in`] gives them.
     pub fn errors(&self, meshed: &Meshed, patches: &[Option<PatchId>]) -> Errors {
         let (vertex, element) = luminances(&meshed.solution);
-        let of = |method| {
-            let field = Reconstruction::new(&meshed.mesh, method, &vertex, &element);
-            let (mut sum, mut area) = (0.0, 0.0);
-            for (sample, patch) in self.samples.iter().zip(patches) {
-                let Some(patch) = patch else { continue };
-                let at = meshed.mesh.locate(*patch, sample.point);
-                let y = field.evaluate(&meshed.mesh, at).luminance() / self.means[sample.surface as usize];
-                sum += sample.area_m2 * (y - sample.relative).powi(2);
-                area += sample.area_m2;
-            }
-            f64::sqrt(sum / area)
-        };
+        let of = |method| self.error(&meshed.mesh, method, &vertex, &element, patches);
         Errors {
             constant: of(Method::Constant),
             bilinear: of(Method::Bilinear),
@@ -179,7 +176,41 @@ impl Reference {
         }
     }
 
-    /// Relative luminance at the vertices of another mesh, bilinear in the reference.
+    /// Relative L2 error of bilinear interpolation between the reference's own values at the vertices of a mesh: of the
+    /// mesh alone.
+    ///
+    /// # Errors
+    /// When the caster fails.
+    pub fn interpolation_error(
+        &mut self,
+        mesh: &Mesh,
+        patches: &[Option<PatchId>],
+    ) -> Result<f64, CastError> {
+        let vertex: Vec<Rgb> = self.at_vertices(mesh)?.into_iter().map(Rgb::splat).collect();
+        Ok(self.error(mesh, Method::Bilinear, &vertex, &[], patches))
+    }
+
+    fn error(
+        &self,
+        mesh: &Mesh,
+        method: Method,
+        vertex: &[Rgb],
+        element: &[Rgb],
+        patches: &[Option<PatchId>],
+    ) -> f64 {
+        let field = Reconstruction::new(mesh, method, vertex, element);
+        let (mut sum, mut area) = (0.0, 0.0);
+        for (sample, patch) in self.samples.iter().zip(patches) {
+            let Some(patch) = patch else { continue };
+            let at = mesh.locate(*patch, sample.point);
+            let y = field.evaluate(mesh, at).luminance() / self.means[sample.surface as usize];
+            sum += sample.area_m2 * (y - sample.relative).powi(2);
+            area += sample.area_m2;
+        }
+        (sum / area).sqrt()
+    }
+
+    /// Luminance (W/m^2) at the vertices of another mesh, bilinear in the reference.
     fn at_vertices(&mut self, mesh: &Mesh) -> Result<Vec<f64>, CastError> {
         let mut places = Vec::with_capacity(mesh.vertices.len());
         for (v, vertex) in mesh.vertices.iter().enumerate() {
@@ -189,11 +220,8 @@ impl Reference {
         }
         let patches = found(&self.mesh, &mut self.caster, &places)?;
         let value = |((point, _, surface), patch): (&(DVec3, DVec3, u32), Option<PatchId>)| match patch {
-            Some(patch) => {
-                let at = self.mesh.locate(patch, *point);
-                self.field.evaluate(&self.mesh, at).luminance() / self.means[*surface as usize].max(1e-300)
-            }
-            None => 1.0,
+            Some(patch) => self.field.evaluate(&self.mesh, self.mesh.locate(patch, *point)).luminance(),
+            None => self.means[*surface as usize],
         };
         Ok(places.iter().zip(patches).map(value).collect())
     }
@@ -227,16 +255,16 @@ fn found(
     Ok(hits.into_iter().zip(places).map(patch).collect())
 }
 
-/// The quadtrees under the elements of a mesh, with the squared error of each node as a leaf.
+/// The quadtrees under the patches of a mesh, with the squared error of each node as a leaf.
 pub struct Quadtrees {
-    /// Full trees, root by root, level by level: squared error x area of node `k` of level `l` of a root.
+    /// Full trees, patch by patch, level by level: squared error x area of node `k` of a level.
     levels: Vec<Vec<Vec<f64>>>,
     area_m2: f64,
 }
 
 impl Quadtrees {
-    /// Every node of the trees of `depth` levels under the elements of the mesh of `target`, reconstructed
-    /// (bi)linearly from the reference's values at its corners, or by the mean of its samples.
+    /// Every node of the trees of `depth` levels under the patches of the mesh of `target`, reconstructed (bi)linearly
+    /// from the reference's values at its corners.
     ///
     /// # Errors
     /// When the caster fails.
@@ -248,13 +276,12 @@ impl Quadtrees {
     ) -> Result<Quadtrees, CastError> {
         let scene = sized(scene, target);
         let initial = Mesh::build(&scene);
-        let full = Subdivision::new(initial.patches.len() as u32, |_, place| place.level() < 1 + depth);
-        let full = Mesh::build_with(&scene, &full).unwrap_or_else(|_| initial.clone());
+        let full = Subdivision::new(initial.patches.len() as u32, |_, place| place.level() < depth);
+        let full = Mesh::build_with(&scene, &full).unwrap_or(initial);
         let values = reference.at_vertices(&full)?;
         let patches = found_in(&full, &reference.samples)?;
-        let n_roots = initial.elements.len();
         let mut levels: Vec<Vec<Vec<f64>>> =
-            vec![(0..=depth).map(|l| vec![0.0; 1 << (2 * l)]).collect(); n_roots];
+            vec![(0..=depth).map(|l| vec![0.0; 1 << (2 * l)]).collect(); full.patches.len()];
         let mut area_m2 = 0.0;
         for (sample, patch) in reference.samples.iter().zip(patches) {
             let Some(patch) = patch else { continue };
@@ -262,14 +289,16 @@ impl Quadtrees {
             let at = full.locate(patch, sample.point);
             let element = &full.elements[at.element.0 as usize];
             let quarters: Vec<u32> = element.place.quarters().collect();
-            let root = initial.patches[patch.0 as usize].elements.start + quarters[0];
+            let mean = reference.means[sample.surface as usize];
             let mut st = at.st;
             for level in (0..=depth).rev() {
-                let place = element.place.at_level(1 + level);
-                let index = quarters[1..1 + level as usize].iter().fold(0, |i, q| 4 * i + *q as usize);
-                let error = node_value(&full, &values, patch, place, st) - sample.relative;
-                levels[root as usize][level as usize][index] += sample.area_m2 * error * error;
-                st = in_parent(&element.corners, quarters[level as usize], st);
+                let index = quarters[..level as usize].iter().fold(0, |i, q| 4 * i + *q as usize);
+                let value = node_value(&full, &values, patch, element.place.at_level(level), st);
+                levels[patch.0 as usize][level as usize][index] +=
+                    sample.area_m2 * (value / mean - sample.relative).powi(2);
+                if level > 0 {
+                    st = in_parent(&element.corners, quarters[level as usize - 1], st);
+                }
             }
         }
         Ok(Quadtrees { levels, area_m2 })
@@ -331,13 +360,4 @@ fn in_parent(corners: &Corners, quarter: u32, st: DVec2) -> DVec2 {
         (Corners::Triangle(_), _) => 0.5 * st,
         (Corners::Quad(_), _) => 0.5 * (st + half),
     }
-}
-
-/// Places of an element's centre: for callers that want a picture of a mesh.
-pub fn centre(mesh: &Mesh, element: crate::mesh::ElementId) -> DVec3 {
-    let st = match mesh.elements[element.0 as usize].corners {
-        Corners::Triangle(_) => DVec2::splat(1.0 / 3.0),
-        Corners::Quad(_) => DVec2::splat(0.5),
-    };
-    mesh.position(SurfacePoint { element, st })
 }
