@@ -160,12 +160,13 @@ fn scene_text(inspected: &Inspected) -> String {
     };
     let _ = writeln!(
         out,
-        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}",
+        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}{}",
         mesh.elements.len(),
         mesh.vertices.len(),
         mesh.patches.len(),
         mesh.n_cast_patches,
-        mesh.n_t_junctions
+        mesh.n_t_junctions,
+        if scene.meshing.adaptive { "; refined by pass 1" } else { "" }
     );
     let solution_bytes = (mesh.vertices.len() + mesh.elements.len()) * size_of::<SplitIrradiance>();
     let _ = writeln!(
