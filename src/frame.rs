@@ -198,6 +198,8 @@ pub struct Inspected {
 pub struct BoardImage {
     /// Bytes in all: cell headers, cell lists, patch records.
     pub size_bytes: u64,
+    /// Bytes of one patch's record.
+    pub record_bytes: u64,
     /// Cells along each side of the grid.
     pub cells_per_side: u32,
 }
@@ -471,7 +473,11 @@ pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> R
     let board_image = BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &[]));
     let board_image = board_image.map(|caster| {
         let image = caster.board().image();
-        BoardImage { size_bytes: image.size_bytes() as u64, cells_per_side: 1 << image.grid.log2_cells }
+        BoardImage {
+            size_bytes: image.size_bytes() as u64,
+            record_bytes: u64::from(rtl_model::memory::LINE_BYTES),
+            cells_per_side: 1 << image.grid.log2_cells,
+        }
     });
     Ok(Inspected { scene, mesh, board_image, warnings })
 }
@@ -496,6 +502,7 @@ fn load_and_mesh(
     }
     scene.warnings.extend(warnings::more_elements(scene.meshing.target, n));
     let mesh = timings.measure("mesh", || Mesh::build(&scene));
+    scene.warnings.extend(warnings::t_junctions(&scene, &mesh));
     Ok((scene, mesh))
 }
 

@@ -115,7 +115,7 @@ fn wait_for(file: &Path) {
 fn checkpoint_that_cannot_be_is_refused_before_the_work() {
     let place = Place::new();
     let furnace = scene("furnace");
-    let solve = |more: &[&str]| [&["solve", &furnace, "-o", "a.radsol"], more].concat();
+    let solve = |more: &[&'static str]| [&["solve", &furnace, "-o", "a.radsol"], more].concat();
     place.refused(&solve(&["--checkpoint", "no/such"]), "--checkpoint no/such: the folder cannot be made");
     place.refused(&solve(&["--checkpoint-every", "5"]), "--checkpoint");
     place.refused(&solve(&["--checkpoint", "s", "--checkpoint-every", "-1"]), "expected seconds");

@@ -11,12 +11,13 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::args::{
-    CastArgs, CasterArg, CheckpointArgs, FormFactorsArg, PassOneArgs, PictureArgs, ReconstructArg,
-    RenderArgs, SwitchArg,
+    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, PassOneArgs, PictureArgs,
+    ReconstructArg, RenderArgs, SwitchArg,
 };
 use super::error::CliError;
 use crate::frame::{CasterChoice, FrameOptions, PassOne, SolvePlan};
 use crate::geom::DVec3;
+use crate::image::false_colour::{FalseColour, Quantity};
 use crate::image::files::{check_not_inputs, check_targets};
 use crate::image::{OutputError, PictureFormat};
 use crate::radiosity::checkpoint::Keeper;
@@ -33,6 +34,9 @@ const CHECKPOINT_SECONDS: f64 = 30.0;
 
 /// Picture files to write, by format.
 pub type Pictures = Vec<(PathBuf, PictureFormat)>;
+
+/// False-colour pictures to write, by what they show.
+pub type FalseColourPictures = Vec<(PathBuf, Quantity)>;
 
 /// A board by preset name or file.
 ///
@@ -217,13 +221,39 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructArg, seed: u6
 /// # Errors
 /// An extension that names no picture format.
 pub fn resolve_pictures(args: &RenderArgs) -> Result<Pictures, CliError> {
-    let outputs = if args.output.is_empty() {
+    let outputs = if args.output.is_empty() && !args.false_colour.is_empty() {
+        Vec::new()
+    } else if args.output.is_empty() {
         let name = scene_name(&args.scene);
         vec![PathBuf::from(format!("{name}.png")), PathBuf::from(format!("{name}.exr"))]
     } else {
         args.output.clone()
     };
     outputs.into_iter().map(|path| Ok((path.clone(), PictureFormat::of(&path)?))).collect()
+}
+
+/// The false-colour pictures that `render` writes.
+///
+/// # Errors
+/// Ends that make no scale, or would have two units.
+pub fn resolve_false_colour(args: &RenderArgs) -> Result<(FalseColour, FalseColourPictures), CliError> {
+    let look = args.scale.resolve().map_err(CliError::Usage)?;
+    let path = |arg: &FalseColourArg| match &arg.path {
+        Some(path) => path.clone(),
+        None => PathBuf::from(format!("{}-{}.png", scene_name(&args.scene), arg.quantity.name())),
+    };
+    let pictures: FalseColourPictures =
+        args.false_colour.iter().map(|arg| (path(arg), arg.quantity)).collect();
+    if look.scale.range.is_some() && pictures.iter().any(|(_, quantity)| *quantity != pictures[0].1) {
+        let what =
+            "--scale LO,HI with luminance (cd/m^2) and illuminance (lx): the ends can have one unit only";
+        return Err(CliError::Usage(what.to_owned()));
+    }
+    if look != FalseColour::default() && pictures.is_empty() {
+        let what = "--scale, --scale-kind and --colour-map have no use without --false-colour";
+        return Err(CliError::Usage(what.to_owned()));
+    }
+    Ok((look, pictures))
 }
 
 /// What a scene is called: its file's stem, or its folder's name when the file is `scene.toml`.

@@ -138,9 +138,7 @@ fn run_grid(args: &ProbeArgs, spec: GridSpec) -> Result<Outcome, CliError> {
         Some(path) => {
             let (bytes, scale) = picture(&probed).encode_png(look)?;
             files.stage(path, bytes);
-            let (quantity, unit) = (Quantity::Illuminance.name(), Quantity::Illuminance.unit());
-            let colour_map = look.colours;
-            Some(ScaledPicture { path: path.clone(), quantity, unit, scale, colour_map })
+            Some(ScaledPicture::new(path, Quantity::Illuminance, scale, look.colours))
         }
         None => None,
     };

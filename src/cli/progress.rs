@@ -5,7 +5,8 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::frame::Progress;
-use crate::report::si::{percent, si};
+use crate::radiosity::{SolvePhase, SolveProgress};
+use crate::report::si::{count, percent, si};
 
 /// Steps of a bar.
 const STEPS: u64 = 1000;
@@ -18,14 +19,25 @@ pub struct Bars {
     n_camera_rays: u64,
     /// In front of the phase's name.
     title: String,
-    current: Option<(Phase, (ProgressBar, Instant))>,
+    current: Option<(Phase, Bar)>,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    Solve,
+    /// Pass 1, patches shoot by kernel.
+    Shots,
+    /// Pass 1, bundles of rays shoot the rest.
+    Stochastic,
     Render,
     Probe,
+}
+
+/// A phase's bar.
+struct Bar {
+    bar: ProgressBar,
+    began: Instant,
+    /// Shots and rays when it began: a solve that goes on from a checkpoint has some behind it.
+    before: [u64; 2],
 }
 
 impl Bars {
@@ -51,18 +63,12 @@ impl Bars {
                 percent(p.unshot_share)
             );
         }
-        let (phase, done) = match progress {
-            Progress::Solve(p) => (Phase::Solve, solved_share(p.unshot_share, self.unshot_target)),
-            Progress::Render(share) => (Phase::Render, share),
-            Progress::Probe(share) => (Phase::Probe, share),
-        };
+        let (phase, done) = done(progress, self.unshot_target);
         let n_camera_rays = self.n_camera_rays;
-        let (bar, started) = self.bar(phase);
-        let seconds = started.elapsed().as_secs_f64().max(1e-9);
+        let Bar { bar, began, before } = self.bar(phase, progress);
+        let seconds = began.elapsed().as_secs_f64().max(1e-9);
         bar.set_message(match progress {
-            Progress::Solve(p) => {
-                format!("{} unshot, {}", percent(p.unshot_share), si(p.n_shots as f64 / seconds, "shots/s"))
-            }
+            Progress::Solve(p) => solve_message(&p, *before, seconds),
             Progress::Probe(_) => String::new(),
             Progress::Render(_) if n_camera_rays == 0 => String::new(),
             Progress::Render(share) => si(share * n_camera_rays as f64 / seconds, "camera rays/s"),
@@ -70,27 +76,33 @@ impl Bars {
         bar.set_position((done.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
-    /// The phase's bar and when it began; a bar of another phase gives way.
-    fn bar(&mut self, phase: Phase) -> &(ProgressBar, Instant) {
+    /// The phase's bar; a bar of another phase gives way.
+    fn bar(&mut self, phase: Phase, progress: Progress) -> &Bar {
         if self.current.as_ref().is_some_and(|(p, _)| *p != phase) {
             self.finish();
         }
         let name = match phase {
-            Phase::Solve => "pass 1",
+            Phase::Shots => "pass 1",
+            Phase::Stochastic => "pass 1, bundles",
             Phase::Render if self.n_camera_rays == 0 => "rays",
             Phase::Render => "pass 2",
             Phase::Probe => "points",
         };
         let title = &self.title;
-        let (_, bar) =
-            self.current.get_or_insert_with(|| (phase, (new_bar(format!("{title}{name}")), Instant::now())));
+        let before = match progress {
+            Progress::Solve(p) => [p.n_shots as u64, p.n_rays],
+            Progress::Render(_) | Progress::Probe(_) => [0; 2],
+        };
+        let (_, bar) = self.current.get_or_insert_with(|| {
+            (phase, Bar { bar: new_bar(format!("{title}{name}")), began: Instant::now(), before })
+        });
         bar
     }
 
     /// Removes the bar.
     pub fn finish(&mut self) {
-        if let Some((_, (bar, _))) = self.current.take() {
-            bar.finish_and_clear();
+        if let Some((_, bar)) = self.current.take() {
+            bar.bar.finish_and_clear();
         }
     }
 }
@@ -108,6 +120,37 @@ fn new_bar(prefix: String) -> ProgressBar {
 impl Drop for Bars {
     fn drop(&mut self) {
         self.finish();
+    }
+}
+
+/// The phase, and the share of it that is done.
+fn done(progress: Progress, unshot_target: f64) -> (Phase, f64) {
+    match progress {
+        Progress::Solve(SolveProgress { phase: SolvePhase::Stochastic { done }, .. }) => {
+            (Phase::Stochastic, done)
+        }
+        Progress::Solve(p) => (Phase::Shots, solved_share(p.unshot_share, unshot_target)),
+        Progress::Render(share) => (Phase::Render, share),
+        Progress::Probe(share) => (Phase::Probe, share),
+    }
+}
+
+/// Unshot power, shots or rays, and their rate over the `seconds` since there were `before` of them.
+fn solve_message(p: &SolveProgress, before: [u64; 2], seconds: f64) -> String {
+    let unshot = percent(p.unshot_share);
+    match p.phase {
+        SolvePhase::Shots => {
+            let rate = (p.n_shots as u64).saturating_sub(before[0]) as f64 / seconds;
+            format!(
+                "{unshot} of the power unshot, {}, {}",
+                count(p.n_shots as u64, "shots"),
+                si(rate, "shots/s")
+            )
+        }
+        SolvePhase::Stochastic { .. } => {
+            let rate = p.n_rays.saturating_sub(before[1]) as f64 / seconds;
+            format!("{unshot} of the power unshot, {}, {}", count(p.n_rays, "rays"), si(rate, "rays/s"))
+        }
     }
 }
 
@@ -131,5 +174,29 @@ mod tests {
         assert_eq!(solved_share(0.0, 0.0), 1.0);
         assert_eq!(solved_share(0.5, 0.0), 0.0);
         assert_eq!(solved_share(2.0, 1e-4), 0.0);
+    }
+
+    #[test]
+    fn pass_1_tells_unshot_power_shots_and_their_rate_and_rounds_of_bundles_by_their_share() {
+        let shots = SolveProgress {
+            phase: SolvePhase::Shots,
+            n_shots: 120,
+            n_rays: 50_000,
+            unshot_share: 0.01,
+            resumed: false,
+        };
+        let (phase, share) = done(Progress::Solve(shots), 1e-4);
+        assert_eq!(phase, Phase::Shots);
+        assert!((share - 0.5).abs() < 1e-12);
+        assert_eq!(
+            solve_message(&shots, [100, 0], 10.0),
+            "1.00 % of the power unshot, 120 shots, 2.00 shots/s"
+        );
+        let rounds = SolveProgress { phase: SolvePhase::Stochastic { done: 0.25 }, ..shots };
+        assert_eq!(done(Progress::Solve(rounds), 1e-4), (Phase::Stochastic, 0.25));
+        assert_eq!(
+            solve_message(&rounds, [0, 40_000], 2.0),
+            "1.00 % of the power unshot, 50.0 krays, 5.00 krays/s"
+        );
     }
 }

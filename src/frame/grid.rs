@@ -97,7 +97,7 @@ pub fn probe_grid(
 #[error(
     "{n_hidden} of {n} grid points lie inside or behind surfaces, the first at {} behind '{surface}': is the normal \
      turned round? (--skip-hidden leaves such points out)",
-    vector(*at)
+    vector((*at * 1e6).round() / 1e6)
 )]
 pub struct GridPointsHidden {
     /// The first (m).

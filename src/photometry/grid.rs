@@ -6,19 +6,15 @@
 //! EN 12464-1:2011, 4.4: cells at most p = 0.2 m x 5^log10(d / 1 m) wide, p <= 10 m; d is the longer side of the area, the
 //! shorter where the longer is twice it or more; the nearest whole number of points along d, square cells along the other
 //! ```
-//! (s,t) of surfaces: quads bilinear from corner 0 (s to corner 1, t to corner 3); disks s = angle / 2 pi, t = (r/R)^2;
-//! spheres s = azimuth / 2 pi, t = (1 + height) / 2; tubes s = angle / 2 pi, t along the axis; triangles as quads whose
-//! first edge has shrunk to corner 0, equal areas. Equal cells of all but skew quads have equal areas.
-
-use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use crate::geom::{DVec3, tangent_frame};
-use crate::mesh::{Mesh, PatchId};
+use super::surfaces;
+use crate::geom::DVec3;
+use crate::mesh::Mesh;
 use crate::radiosity::ProbePoint;
-use crate::report::si::vector;
-use crate::scene::{Scene, Shape, Surface, SurfaceId};
+use crate::report::si::{number, vector};
+use crate::scene::{Scene, Surface, SurfaceId};
 
 /// Most points of a grid.
 pub const MAX_GRID_POINTS: u64 = 1_000_000;
@@ -88,7 +84,7 @@ pub struct GridPoint {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// An edge without length.
-    #[error("the grid's edge {edge} is {}, {} m long: expected at least {MIN_EDGE_M} m", vector(*value), value.length())]
+    #[error("the grid's edge {edge} is {}, {} m long: expected at least {MIN_EDGE_M} m", vector(*value), number(value.length()))]
     Edge {
         /// `u` or `v`.
         edge: &'static str,
@@ -111,9 +107,24 @@ pub enum GridError {
         /// Lengths of the area (m).
         size_m: [f64; 2],
     },
+    /// A surface without coordinates of its own.
+    #[error(
+        "surface '{name}' is made of a model file's faces, which have no common (s,t): expected a plane grid (corner and \
+         edges), or a quad, triangle, disk, sphere or cylinder"
+    )]
+    Faces {
+        /// The surface.
+        name: String,
+    },
     /// A border where there is none.
     #[error("surface '{name}' is no quad: a border is left out of quads and planes only")]
     NoBorder {
+        /// The surface.
+        name: String,
+    },
+    /// A surface without coordinates of its own.
+    #[error("surface '{name}' has no (s,t) of its own: describe a plane with --grid, --edge-u and --edge-v")]
+    NoCoordinates {
         /// The surface.
         name: String,
     },
@@ -166,7 +177,7 @@ impl Grid {
             GridPlace::Surface(name) => {
                 let found = scene.surfaces.iter().position(|s| s.name == *name);
                 let id = found.ok_or_else(|| no_surface(name, &scene.surfaces))?;
-                on_surface(spec, mesh, &scene.surfaces[id], SurfaceId(id as u32))
+                surfaces::lay_on(spec, mesh, &scene.surfaces[id], SurfaceId(id as u32))
             }
         }
     }
@@ -193,10 +204,10 @@ fn no_surface(name: &str, surfaces: &[Surface]) -> GridError {
 }
 
 /// An area's place: (u, v) in the unit square to point, unit normal and area of a unit of the square (m^2).
-type Place<'a> = dyn Fn(f64, f64) -> (DVec3, DVec3, f64) + Sync + 'a;
+pub(super) type Place<'a> = dyn Fn(f64, f64) -> (DVec3, DVec3, f64) + Sync + 'a;
 
 /// Cell centres of an area of `size_m`.
-fn lay(spec: &GridSpec, size_m: [f64; 2], place: &Place<'_>) -> Result<Grid, GridError> {
+pub(super) fn lay(spec: &GridSpec, size_m: [f64; 2], place: &Place<'_>) -> Result<Grid, GridError> {
     let inner_m = size_m.map(|length| length - 2.0 * spec.border_m);
     if inner_m.iter().any(|length| *length < MIN_EDGE_M) {
         return Err(GridError::Border { border_m: spec.border_m, size_m });
@@ -236,105 +247,13 @@ fn plane(spec: &GridSpec, corner: DVec3, u: DVec3, v: DVec3) -> Result<Grid, Gri
     lay(spec, size_m, &|s, t| (corner + s * u + t * v, normal, area_m2))
 }
 
-fn on_surface(spec: &GridSpec, mesh: &Mesh, surface: &Surface, id: SurfaceId) -> Result<Grid, GridError> {
-    let facets = Facets::of(mesh, id);
-    let area_m2 = surface.shape.area_m2();
-    if spec.border_m > 0.0 && !matches!(surface.shape, Shape::Quad(_)) {
-        return Err(GridError::NoBorder { name: surface.name.clone() });
-    }
-    let lay = |size_m, place: &Place<'_>| {
-        lay(spec, size_m, &|s, t| {
-            let (at, normal, area_m2) = place(s, t);
-            (facets.nearest(mesh, at), normal, area_m2)
-        })
-    };
-    match surface.shape {
-        Shape::Quad([a, b, c, d]) => {
-            let mean = |x: DVec3, y: DVec3| 0.5 * (x.length() + y.length());
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            lay([mean(b - a, c - d), mean(d - a, c - b)], &|s, t| {
-                let along_s = (b - a).lerp(c - d, t);
-                let along_t = (d - a).lerp(c - b, s);
-                let at = (a + s * (b - a)).lerp(d + s * (c - d), t);
-                (at, normal, along_s.cross(along_t).length())
-            })
-        }
-        Shape::Triangle([a, b, c]) => {
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            // Mean lengths: half the side opposite corner 0 across, the way from it to that side along.
-            let size_m = [0.5 * (c - b).length(), (0.5 * (b + c) - a).length()];
-            lay(size_m, &|s, t| (a + t.sqrt() * (b.lerp(c, s) - a), normal, area_m2))
-        }
-        Shape::Disk { center, normal, radius } => {
-            let (x, y) = tangent_frame(normal);
-            lay([PI * radius, radius], &|s, t| {
-                let (sin, cos) = (TAU * s).sin_cos();
-                (center + t.sqrt() * radius * (cos * x + sin * y), normal, area_m2)
-            })
-        }
-        Shape::Sphere { center, radius, inward } => {
-            // The mean width of a sphere's strips is pi/4 of its equator.
-            lay([0.25 * PI * TAU * radius, PI * radius], &|s, t| {
-                let (sin, cos) = (TAU * s).sin_cos();
-                let z = 2.0 * t - 1.0;
-                let r = (1.0 - z * z).max(0.0).sqrt();
-                let out = DVec3::new(r * cos, r * sin, z);
-                (center + radius * out, if inward { -out } else { out }, area_m2)
-            })
-        }
-        Shape::Cylinder { base, top, radius, inward } => {
-            let axis = (top - base).normalize_or_zero();
-            let (x, y) = tangent_frame(axis);
-            lay([TAU * radius, (top - base).length()], &|s, t| {
-                let (sin, cos) = (TAU * s).sin_cos();
-                let out = cos * x + sin * y;
-                (base.lerp(top, t) + radius * out, if inward { -out } else { out }, area_m2)
-            })
-        }
-    }
-}
-
-/// The facets that casters know of a surface: points of a curved one lie on them, not on the true surface.
-struct Facets {
-    /// Patch, middle and largest distance of a corner from it (m).
-    patches: Vec<(PatchId, DVec3, f64)>,
-}
-
-impl Facets {
-    fn of(mesh: &Mesh, surface: SurfaceId) -> Facets {
-        let patches = mesh.surfaces[surface.0 as usize].front.clone().map(|p| {
-            let corners = mesh.polygon(&mesh.patches[p as usize].corners);
-            let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-            let radius = corners.iter().map(|c| c.distance(middle)).fold(0.0, f64::max);
-            (PatchId(p), middle, radius)
-        });
-        Facets { patches: patches.collect() }
-    }
-
-    /// The nearest point of the facets; `point` itself where there are none.
-    fn nearest(&self, mesh: &Mesh, point: DVec3) -> DVec3 {
-        let mut best = (f64::INFINITY, point);
-        for &(patch, middle, radius) in &self.patches {
-            if middle.distance(point) - radius >= best.0 {
-                continue;
-            }
-            let at = mesh.position(mesh.locate(patch, point));
-            let distance = at.distance(point);
-            if distance < best.0 {
-                best = (distance, at);
-            }
-        }
-        best.1
-    }
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::mesh::tests::{room, scene, surface};
-    use crate::scene::MeshTarget;
+    use crate::scene::{MeshTarget, Shape};
 
-    fn spec(place: GridPlace) -> GridSpec {
+    pub(in crate::photometry) fn spec(place: GridPlace) -> GridSpec {
         GridSpec { place, n: None, normal: None, border_m: 0.0, height_m: 0.0 }
     }
 
@@ -342,7 +261,7 @@ mod tests {
         spec(GridPlace::Plane { corner: DVec3::new(0.5, 0.5, 0.8), edge_u: u, edge_v: v })
     }
 
-    fn grid(spec: &GridSpec) -> Result<Grid, GridError> {
+    pub(in crate::photometry) fn grid(spec: &GridSpec) -> Result<Grid, GridError> {
         let mut surfaces = room(5.0, 4.0, 3.0);
         let center = DVec3::new(2.0, 2.0, 1.0);
         surfaces.push(surface("ball", Shape::Sphere { center, radius: 0.5, inward: false }));
@@ -404,39 +323,13 @@ mod tests {
     }
 
     #[test]
-    fn grids_on_surfaces_of_each_shape_cover_their_area_and_lie_on_their_facets() {
-        let center = DVec3::new(2.0, 2.0, 1.0);
-        let area = |g: &Grid| g.points.iter().map(|p| p.area_m2).sum::<f64>();
-        let of = |name: &str| grid(&spec(GridPlace::Surface(name.to_owned()))).unwrap();
-        let (ball, dome, lamp) = (of("ball"), of("dome"), of("lamp"));
-        let near =
-            |value: f64, expected: f64| assert!((value - expected).abs() < 1e-9, "{value}, {expected}");
-        near(area(&ball), 4.0 * PI * 0.25);
-        near(area(&dome), 4.0 * PI * 0.36);
-        near(area(&lamp), PI * 0.04);
-        near(area(&of("column")), TAU * 0.2 * 3.0);
-        near(area(&of("sail")), 0.5);
-        near(area(&of("floor")), 20.0);
-        for p in &ball.points {
-            // Facets lie inside the sphere, by their sagitta at most.
-            let r = p.at.distance(center);
-            assert!(r <= 0.5 + 1e-12 && r > 0.45, "{r}");
-            assert!((p.at - center).normalize().dot(p.normal) > 0.99);
-        }
-        assert!(dome.points.iter().all(|p| (center - p.at).dot(p.normal) > 0.0));
-        assert!(lamp.points.iter().all(|p| p.normal == DVec3::NEG_Z && p.at.distance(center) < 0.2));
-        let sail = of("sail");
-        assert!(sail.points.iter().all(|p| p.at.x > 1.0 && p.at.y > 1.0 && p.at.x + p.at.y < 3.0));
-    }
-
-    #[test]
     fn grids_that_cannot_be_are_refused_by_name() {
         let refused = |spec: &GridSpec, expected: &str| {
             let e = grid(spec).unwrap_err().to_string();
             assert!(e.contains(expected), "{e}");
         };
         refused(&plane(DVec3::ZERO, DVec3::Y), "edge u is 0, 0, 0, 0 m long");
-        refused(&plane(DVec3::X, DVec3::Y * 1e-9), "edge v is 0, 0.000000001, 0");
+        refused(&plane(DVec3::X, DVec3::Y * 1e-9), "edge v is 0, 1e-9, 0, 1e-9 m long");
         refused(&plane(DVec3::X, DVec3::X * -2.0), "lie along one line");
         refused(&GridSpec { n: Some([2000, 2000]), ..plane(DVec3::X, DVec3::Y) }, "at most 1000000");
         let unknown = spec(GridPlace::Surface("flor".to_owned()));

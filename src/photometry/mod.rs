@@ -3,6 +3,7 @@
 //! ```text
 //! W, W/m^2, W/m^2/sr (RGB) --179 lm/W x Y, Y of Rec. 709--> lm, lx, cd/m^2
 //! grid.rs:    plane or surface, spacing of EN 12464-1 --> points, normals, cell areas
+//! surfaces.rs: the same on surfaces, in their own (s,t)
 //! summary.rs: illuminances of a grid --> E_mean, E_min, E_max, U0 = E_min/E_mean, Ud = E_min/E_max
 //! hidden.rs:  points that lie inside or behind surfaces
 //! ```
@@ -16,6 +17,7 @@ use crate::units::{Irradiance, Radiance, Rgb};
 mod grid;
 mod hidden;
 mod summary;
+mod surfaces;
 
 pub use grid::{Grid, GridError, GridPlace, GridPoint, GridSpec, en_12464_1_counts, en_12464_1_spacing_m};
 pub use hidden::hidden_behind;

@@ -117,8 +117,9 @@ impl Keeper {
         Checkpoint::open(&self.folder, self.every, self.stop.clone(), caster)
     }
 
-    /// Takes back the checkpoint of a solve that ended.
+    /// Takes back the checkpoint of a solve that ended: who is asked to stop from now on need not wait for its next step.
     pub fn put_back(&self, checkpoint: Checkpoint) {
+        self.stop.store(true, Ordering::Relaxed);
         *self.lock() = Some(checkpoint);
     }
 

@@ -1,7 +1,7 @@
 //! Emitting surfaces of many patches, cut into few polygons of their own: the kernel is exact for any size of source.
 //!
 //! ```text
-//! Scene, Mesh --quads that emit, of more than 64 patches--> about 36 polygons each, near squares --> shots
+//! Scene, Mesh --quads that emit, of more than 36 patches--> about 36 polygons each, near squares --> shots
 //! ```
 //! A finely meshed lamp has thousands of patches of the same exitance, each of which would need a shot over the whole
 //! scene. Each polygon is looked at by one ray an element, so that 36 of them sample a penumbra.
@@ -15,7 +15,7 @@ use crate::scene::{Scene, Shape, SurfaceId};
 /// Polygons that a surface is cut into, about.
 const N_POLYGONS: f64 = 36.0;
 /// Surfaces of at most so many patches are left as they are.
-const MAX_PATCHES: usize = 64;
+const MAX_PATCHES: usize = 36;
 
 /// A part of an emitting surface.
 #[derive(Clone, Copy, Debug)]

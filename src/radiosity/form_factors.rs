@@ -191,6 +191,8 @@ impl FormFactors<'_> {
         // Sparse: the share that the element's one ray saw, if it cast one.
         let element_share = |e: usize| points_of(e).find(|&i| looks[i] != 0).map(own_share);
         let elements: Vec<f32> = (0..self.receivers.n_elements())
+            .into_par_iter()
+            .with_min_len(1024)
             .map(|e| {
                 let weighted = |i: usize| receivers[i].weight * kernels[i];
                 let factor: f64 = if *dense {
@@ -202,6 +204,8 @@ impl FormFactors<'_> {
             })
             .collect();
         let vertices: Vec<f32> = (n_gauss..receivers.len())
+            .into_par_iter()
+            .with_min_len(1024)
             .map(|i| {
                 if kernels[i] == 0.0 {
                     return 0.0;
@@ -259,10 +263,11 @@ impl FormFactors<'_> {
         let shooter = &plan.shooter;
         let mut bundles = Vec::new();
         for (stratum, &apex) in shooter.apexes.iter().enumerate() {
-            let targets: Vec<DVec3> =
-                plan.looking_at(1 << stratum).map(|i| self.receivers.all[i].target).collect();
-            let chunks = targets.chunks(MAX_BUNDLE_RAYS);
-            bundles.extend(chunks.map(|points| RayBundle::Targets { apex, points: points.to_vec() }));
+            let looking: Vec<u32> = plan.looking_at(1 << stratum).map(|i| i as u32).collect();
+            let target = |i: &u32| self.receivers.all[*i as usize].target;
+            let bundle =
+                |chunk: &[u32]| RayBundle::Targets { apex, points: chunk.iter().map(target).collect() };
+            bundles.par_extend(looking.par_chunks(MAX_BUNDLE_RAYS).with_min_len(64).map(bundle));
         }
         bundles.extend(plan.looking_at(MIDDLE).map(|i| {
             let r = &self.receivers.all[i];

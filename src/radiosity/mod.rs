@@ -5,8 +5,8 @@
 //! ```
 //! B = M + rho E. E is kept apart as direct (straight from an emitter or light) and indirect (the rest).
 //!
-//! Memory: per element and per vertex about 100 and 50 bytes; form-factor rows of patches that shot, 4 bytes a
-//! non-zero factor plus 0.2 bytes a receiver, up to [`SolveOptions::max_row_bytes`].
+//! Memory: see [`memory`]. Form-factor rows of patches that shot take 4 bytes a non-zero factor plus 0.2 bytes a receiver,
+//! up to [`SolveOptions::max_row_bytes`].
 
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +26,7 @@ pub mod kernel;
 mod light_shots;
 pub mod lighting;
 pub mod lights;
+pub mod memory;
 mod probe;
 mod receivers;
 pub mod refine;

@@ -63,6 +63,11 @@ impl SparseRow {
         sum
     }
 
+    /// Heap memory (bytes) of a row of `n` receivers that all see the shooter.
+    pub(super) fn max_bytes(n: usize) -> u64 {
+        (12 * n.div_ceil(ROW_BLOCK) + 4 * n) as u64
+    }
+
     /// Heap memory (bytes).
     pub(super) fn n_bytes(&self) -> u64 {
         (12 * self.masks.len() + 4 * self.values.len()) as u64

@@ -35,6 +35,8 @@ use crate::units::Rgb;
 /// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
 /// errors of single ones average out, and rays would be spent fourfold.
 const MAX_FULL_SHOOTERS: usize = 256;
+/// The same where the rest is shot stochastically.
+const MAX_FULL_SHOOTERS_OF_MANY: usize = 16;
 /// Rows that are cast in one query, while there is memory to keep them: a command of the board is worth its set-up then,
 /// and its clusters get equal shares. What is cast ahead and never shoots is at most this many rows.
 const ROWS_PER_QUERY: usize = 16;
@@ -118,11 +120,9 @@ impl<'a> Solver<'a> {
             offset_m,
             optics: optics.collect(),
             exitance: mesh.patches.iter().map(|p| scene.surfaces[p.surface.0 as usize].exitance).collect(),
-            emitters: match mesh.patches.len() > options.max_shooters
-                && options.form_factors == FormFactorMethod::Vertex
-            {
-                true => emitters::of(scene, mesh),
-                false => Vec::new(),
+            emitters: match options.form_factors {
+                FormFactorMethod::Vertex if is_large(mesh, options) => emitters::of(scene, mesh),
+                _ => Vec::new(),
             },
             receivers: None,
             rows: RowStore::default(),
@@ -211,8 +211,7 @@ impl<'a> Solver<'a> {
         if self.options.form_factors == FormFactorMethod::Hemisphere {
             return true;
         }
-        let n_patches = self.mesh.patches.len();
-        n_patches > self.options.max_shooters
+        is_large(self.mesh, self.options)
             && !state.known.contains_key(&patch.0)
             && (state.known.len() >= self.options.max_shooters
                 || stochastic::is_cheaper(self.mesh, &self.optics, self.options, state, patch))
@@ -339,10 +338,12 @@ impl<'a> Solver<'a> {
             dense: self.options.dense_visibility,
         };
         let n_emitters = self.exitance.iter().filter(|m| !m.is_black()).count();
+        let max_full = match is_large(self.mesh, self.options) {
+            true => MAX_FULL_SHOOTERS_OF_MANY,
+            false => MAX_FULL_SHOOTERS,
+        };
         let is_full = |shooter: &ShooterId| match shooter {
-            ShooterId::Patch(patch) => {
-                n_emitters <= MAX_FULL_SHOOTERS && !self.exitance[patch.0 as usize].is_black()
-            }
+            ShooterId::Patch(patch) => n_emitters <= max_full && !self.exitance[patch.0 as usize].is_black(),
             ShooterId::Emitter(_) => false,
         };
         let wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
@@ -478,6 +479,11 @@ impl<'a> Solver<'a> {
             exact: false,
         })
     }
+}
+
+/// True for scenes that will end stochastically, if they do not end before.
+fn is_large(mesh: &Mesh, options: &SolveOptions) -> bool {
+    mesh.patches.len() > options.max_shooters
 }
 
 /// The patch with most unshot power, the first of equals; `None` when nothing is left.

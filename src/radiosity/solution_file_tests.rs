@@ -37,9 +37,14 @@ fn stored() -> (Geometry, Stored) {
     (geometry, Stored { solution, options: SolveOptions::default(), lighting })
 }
 
+/// One patch that is one element.
+fn uncut() -> Subdivision {
+    Subdivision::new(1, |_, _| false)
+}
+
 fn file() -> Vec<u8> {
     let (geometry, Stored { solution, options, lighting }) = stored();
-    KIND.frame(&body_of(&geometry, &lighting, &options, &solution))
+    KIND.frame(&body_of(&geometry, &uncut(), &lighting, &options, &solution))
 }
 
 fn read(bytes: &[u8]) -> Result<(Geometry, Stored), FramedFileError> {
@@ -97,7 +102,7 @@ fn solution_with_lists_or_numbers_that_cannot_be_is_refused_with_their_place() {
     let fault = |change: &dyn Fn(&mut Geometry, &mut Stored)| {
         let (mut geometry, mut s) = stored();
         change(&mut geometry, &mut s);
-        let body = body_of(&geometry, &s.lighting, &s.options, &s.solution);
+        let body = body_of(&geometry, &uncut(), &s.lighting, &s.options, &s.solution);
         read(&KIND.frame(&body)).unwrap_err().to_string()
     };
     let text = fault(&|g, _| g.n_elements = 4);
@@ -144,7 +149,7 @@ fn solution_file_of_the_document_has_the_bytes_that_it_shows() {
         earlier: None,
         exact: false,
     };
-    let bytes = KIND.frame(&body_of(&geometry, &lighting, &SolveOptions::default(), &solution));
+    let bytes = KIND.frame(&body_of(&geometry, &uncut(), &lighting, &SolveOptions::default(), &solution));
     if std::env::var_os("RADSOL_DUMP").is_some() {
         for (i, line) in bytes.chunks(16).enumerate() {
             let hex: Vec<String> = line.iter().map(|b| format!("{b:02x}")).collect();

@@ -12,7 +12,7 @@ use glam::DVec3;
 use rtl_model::fixed::Formats;
 use serde::Serialize;
 
-use super::{BoardReport, ObservedReport, RecordedReport, Timings};
+use super::{BoardReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::refine::RefineReport;
@@ -174,8 +174,12 @@ pub struct RenderReport {
     pub pictures: Vec<PictureFact>,
     /// Ambient irradiance that was added to the stored light for the picture (W/m^2), in no account; null when none was.
     pub ambient_w_m2: Option<Rgb>,
+    /// False-colour pictures written.
+    pub false_colour: Vec<ScaledPicture>,
     /// Mean luminance of the picture (W/m^2/sr).
-    pub mean_luminance: f64,
+    pub mean_luminance_w_m2_sr: f64,
+    /// The same as the eye takes it (cd/m^2).
+    pub mean_luminance_cd_m2: f64,
     /// Camera rays.
     pub n_camera_rays: u64,
     /// Camera rays that first met a back, for each surface with any.

@@ -5,7 +5,7 @@
 //! ```
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use super::si::vector;
 use super::terminal::{line, scene_line, time_line};
 use super::{SceneFacts, Timings};
 use crate::frame::GridProbed;
-use crate::image::false_colour::{ColourMap, Scale, ScaleKind};
+use crate::image::false_colour::{ColourMap, Quantity, Scale, ScaleKind};
 use crate::photometry::{GridPlace, GridSpec, GridSummary};
 use crate::units::Rgb;
 
@@ -97,6 +97,14 @@ pub struct ScaledPicture {
     pub scale: Scale,
     /// Its colours.
     pub colour_map: ColourMap,
+}
+
+impl ScaledPicture {
+    /// A picture of `quantity` in the file `path`.
+    pub fn new(path: &Path, quantity: Quantity, scale: Scale, colour_map: ColourMap) -> ScaledPicture {
+        let (quantity, unit) = (quantity.name(), quantity.unit());
+        ScaledPicture { path: path.to_owned(), quantity, unit, scale, colour_map }
+    }
 }
 
 impl GridReport {
@@ -232,7 +240,7 @@ fn point_table(out: &mut String, r: &GridReport) {
         let at = format!("{:.4} {:.4} {:.4}", p.at.x, p.at.y, p.at.z);
         let _ = write!(out, "{:>4} {:>4}  {at:>28}  ", p.uv[0], p.uv[1]);
         let _ = match p.irradiance_w_m2.zip(p.illuminance_lx) {
-            Some((Rgb([r, g, b]), lx)) => writeln!(out, "{r:>11.4e}{g:>11.4e}{b:>11.4e}  {lx:>16.3}"),
+            Some((Rgb([r, g, b]), lx)) => writeln!(out, "{r:>11.4e}{g:>11.4e}{b:>11.4e}  {lx:>16.2}"),
             None => writeln!(out, "{:>33}  {:>16}", "inside or behind a surface", "-"),
         };
     }
@@ -242,9 +250,9 @@ fn point_table(out: &mut String, r: &GridReport) {
 fn summary_lines(out: &mut String, r: &GridReport, s: &GridSummary) {
     let at = |k: usize| r.points.get(k).map(|p| vector_m(p.at)).unwrap_or_default();
     let Rgb([red, green, blue]) = s.mean_irradiance_w_m2;
-    line(out, "E_mean", format_args!("{:.3} lx   {red:.4e} {green:.4e} {blue:.4e} W/m^2 (r g b)", s.mean_lx));
-    line(out, "E_min", format_args!("{:.3} lx   at {} m", s.min_lx, at(s.min_at)));
-    line(out, "E_max", format_args!("{:.3} lx   at {} m", s.max_lx, at(s.max_at)));
+    line(out, "E_mean", format_args!("{:.2} lx   {red:.4e} {green:.4e} {blue:.4e} W/m^2 (r g b)", s.mean_lx));
+    line(out, "E_min", format_args!("{:.2} lx   at {} m", s.min_lx, at(s.min_at)));
+    line(out, "E_max", format_args!("{:.2} lx   at {} m", s.max_lx, at(s.max_at)));
     let share = |u: Option<f64>| u.map_or("none: it is dark".to_owned(), |u| format!("{u:.3}"));
     line(out, "U0", format_args!("{}   = E_min / E_mean (EN 12464-1)", share(s.u0)));
     line(out, "Ud", format_args!("{}   = E_min / E_max", share(s.ud)));

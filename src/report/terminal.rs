@@ -8,10 +8,12 @@ use crate::radiosity::refine::RefineReport;
 use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
-use super::si::{count, percent, share, si};
+use super::grid::picture_text;
+use super::si::{count, percent, share, si, significant};
 use super::{
     CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport, SolveReport, Timings,
 };
+use crate::radiosity::summary::IlluminanceRange;
 use crate::raycast::Purpose;
 
 /// Width of the label column.
@@ -27,6 +29,7 @@ pub fn render_summary(r: &RenderReport) -> String {
     let mut out = String::new();
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
+    surfaces_table(&mut out, &r.pass_1);
     let o = &r.options;
     line(
         &mut out,
@@ -65,6 +68,10 @@ pub fn render_summary(r: &RenderReport) -> String {
             format_args!("{}  {how}", picture.path.display()),
         );
     }
+    for (i, picture) in r.false_colour.iter().enumerate() {
+        let label = if i == 0 && r.pictures.is_empty() { "pictures" } else { "" };
+        line(&mut out, label, picture_text(picture));
+    }
     time_line(&mut out, &r.timings);
     out
 }
@@ -74,6 +81,7 @@ pub fn solve_summary(r: &SolveReport) -> String {
     let mut out = String::new();
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
+    surfaces_table(&mut out, &r.pass_1);
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
         block_kinds_table(&mut out, board);
@@ -109,7 +117,7 @@ pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
     } else {
         block_kinds_table(&mut out, &r.board);
     }
-    super::observed::observed_lines(&mut out, r.observed.as_ref());
+    super::observed_text::observed_lines(&mut out, r.observed.as_ref());
     time_line(&mut out, &r.timings);
     out
 }
@@ -307,6 +315,46 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
         "",
         format_args!("+ residual {} ({} of the emitted); r + g + b", w(a.residual_w), percent(residual)),
     );
+}
+
+/// Surfaces that the table lists.
+const LISTED_SURFACES: usize = 10;
+/// Widest name in it.
+const NAME_WIDTH: usize = 24;
+
+/// Irradiance and illuminance of the surfaces, the largest of many, and of all together.
+fn surfaces_table(out: &mut String, r: &PassOneReport) {
+    let all = r.surfaces.len();
+    let mut shown: Vec<usize> = (0..all).collect();
+    shown.sort_by(|a, b| r.surfaces[*b].area_m2.total_cmp(&r.surfaces[*a].area_m2));
+    shown.truncate(LISTED_SURFACES);
+    shown.sort_unstable();
+    let short = |name: &str| match name.char_indices().nth(NAME_WIDTH) {
+        Some(_) => format!("{}...", name.chars().take(NAME_WIDTH - 3).collect::<String>()),
+        None => name.to_owned(),
+    };
+    let mut row = |name: &str, cells: [String; 5]| {
+        let [area, w_m2, mean, min, max] = cells;
+        let _ = writeln!(out, "{name:<NAME_WIDTH$} {area:>11}  {w_m2:>26}  {mean:>10} {min:>10} {max:>10}");
+    };
+    let heads = ["area (m^2)", "E mean r g b (W/m^2)", "mean (lx)", "min (lx)", "max (lx)"];
+    row("surface", heads.map(str::to_owned));
+    let cells = |area_m2: f64, e: crate::units::Rgb, lx: IlluminanceRange| {
+        let [red, green, blue] = e.0;
+        let numbers = [lx.mean, lx.min, lx.max].map(significant);
+        let [mean, min, max] = numbers;
+        [significant(area_m2), format!("{red:.2e} {green:.2e} {blue:.2e}"), mean, min, max]
+    };
+    for s in shown.iter().map(|i| &r.surfaces[*i]) {
+        row(&short(&s.name), cells(s.area_m2, s.mean_irradiance_w_m2, s.illuminance_lx));
+    }
+    let t = &r.totals;
+    let name = match all - shown.len() {
+        0 => "all".to_owned(),
+        more => format!("all, with {more} more"),
+    };
+    row(&name, cells(t.area_m2, t.mean_irradiance_w_m2, t.illuminance_lx));
+    out.push('\n');
 }
 
 /// Longest line of phases behind its label (characters).

@@ -1,8 +1,10 @@
 //! The scale of false-colour pictures as typed, alike in `render` and `probe`.
 
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 
-use crate::image::false_colour::{ColourMap, FalseColour, ScaleChoice, ScaleKind};
+use crate::image::false_colour::{ColourMap, FalseColour, Quantity, ScaleChoice, ScaleKind};
 
 /// How values run along the scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -37,6 +39,25 @@ pub struct ScaleArgs {
     /// Colours of the scale
     #[arg(long, value_enum, default_value = "viridis", help_heading = "False colour")]
     pub colour_map: ColourMapArg,
+}
+
+/// A false-colour picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FalseColourArg {
+    /// What it shows.
+    pub quantity: Quantity,
+    /// Where it goes, if that was said.
+    pub path: Option<PathBuf>,
+}
+
+pub(super) fn false_colour(text: &str) -> Result<FalseColourArg, String> {
+    let (name, path) = match text.split_once('=') {
+        Some((name, path)) => (name, Some(PathBuf::from(path))),
+        None => (text, None),
+    };
+    let quantity = [Quantity::Luminance, Quantity::Illuminance].into_iter().find(|q| q.name() == name);
+    let quantity = quantity.ok_or("expected luminance or illuminance, and a file after '='")?;
+    Ok(FalseColourArg { quantity, path })
 }
 
 /// Ends of a scale; `None`: from the values.

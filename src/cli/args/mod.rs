@@ -13,7 +13,7 @@ mod simulate;
 mod verify;
 
 pub use common::{CastArgs, CasterArg, FormFactorsArg, PassOneArgs, PictureArgs, SwitchArg};
-pub use false_colour::{ColourMapArg, Range, ScaleArgs, ScaleKindArg};
+pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;

@@ -20,7 +20,7 @@ A grid has its points at the centres of n_u x n_v equal cells. Without --n they 
     p = 0.2 x 5^(log10 d) m wide, at most 10 m: the nearest whole number of them along d, square ones along the other side.
 The summary gives E_mean, E_min, E_max (lx) and the uniformities U0 = E_min / E_mean and Ud = E_min / E_max.")]
 pub struct ProbeArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// A point (m); repeat for more, each with its --normal
     #[arg(long, value_name = "X,Y,Z", required_unless_present_any = ["grid", "surface"], allow_hyphen_values = true)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::common::{CastArgs, PictureArgs, from_zero};
+use super::false_colour::{FalseColourArg, ScaleArgs, false_colour};
 use crate::image::Exposure;
 use crate::image::exposure::ExposureError;
 
@@ -28,9 +29,14 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
 #[command(after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
   radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
-  radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png")]
+  radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png
+  radeng render scene.toml --false-colour illuminance=lux.png --scale 0,500
+  radeng render scene.toml -o view.png --false-colour luminance --scale-kind log
+  radeng render model.glb -o model.png
+
+A model file without a camera gets one that frames it, one without light gets light; both are told.")]
 pub struct RenderArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
     /// [default: the scene's name, as .png and .exr, in the current directory]
@@ -48,6 +54,14 @@ pub struct RenderArgs {
     /// Exposure of .png files: 'auto', or stops (display-linear = radiance x 2^EV)
     #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
     pub exposure: Exposure,
+    /// Also write, or without -o only, a picture of the luminance that is seen (cd/m^2) or of the illuminance on the
+    /// surfaces that are seen first (lx), in the colours of a scale that stands beside it; may be given several times
+    /// [default name: the scene's with the quantity's behind it, .png]
+    #[arg(long, value_name = "luminance|illuminance[=FILE.png]", value_parser = false_colour, help_heading = "False colour")]
+    pub false_colour: Vec<FalseColourArg>,
+    /// Its scale.
+    #[command(flatten)]
+    pub scale: ScaleArgs,
     /// Use this solution, as `solve` wrote it for the same scene and mesh, instead of pass 1
     #[arg(long, value_name = "FILE.radsol")]
     pub solution: Option<PathBuf>,
@@ -70,7 +84,7 @@ pub struct RenderArgs {
   radeng solve scene.toml -o early.radsol --max-shots 50 && radeng render scene.toml --solution early.radsol --ambient
   radeng solve scene.toml -o exact.radsol --elements 2000 --exact")]
 pub struct SolveArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Solution file to write
     #[arg(short, long = "output", value_name = "FILE.radsol")]

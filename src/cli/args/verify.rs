@@ -29,7 +29,7 @@ The rays of both passes (camera, form factors, shadows, specular) are cast in so
 What differs from the software caster, which rounds nothing, is measured: misclassified rays by cause, error of \
     t, unused bits of each wire, error of the picture, and what a first test of fewer bits would save.")]
 pub struct VerifyArgs {
-    /// The scene file (TOML)
+    /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Board to verify: a preset (delft-1992, minimal) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_BOARD)]

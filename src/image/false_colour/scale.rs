@@ -13,7 +13,7 @@ const TAIL: f64 = 0.01;
 /// Most decades of an automatic logarithmic scale.
 const MAX_AUTO_DECADES: f64 = 4.0;
 /// Ends of automatic scales, times a power of ten.
-const ROUND: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+const ROUND: [f64; 12] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0];
 
 /// How values run along a scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

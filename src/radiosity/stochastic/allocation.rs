@@ -10,7 +10,6 @@
 use rayon::prelude::*;
 
 use super::super::state::magnitude;
-use super::{BUNDLE_RAYS, BUNDLE_SIDE};
 use crate::mesh::Mesh;
 use crate::units::Rgb;
 
@@ -22,20 +21,28 @@ pub(super) struct Allocation {
     firsts: Vec<u64>,
     /// How many bundles.
     pub n_bundles: u64,
+    /// Strata along each axis of a bundle.
+    pub bundle_side: u32,
     /// Magnitude of all power (W).
     pub power_w: f64,
 }
 
 impl Allocation {
     /// `radiosity(e)`: what element e shoots (W/m^2).
-    pub(super) fn new(mesh: &Mesh, ray_power_w: f64, radiosity: impl Fn(usize) -> Rgb + Sync) -> Allocation {
+    pub(super) fn new(
+        mesh: &Mesh,
+        ray_power_w: f64,
+        bundle_side: u32,
+        radiosity: impl Fn(usize) -> Rgb + Sync,
+    ) -> Allocation {
         let powers: Vec<Rgb> = (0..mesh.elements.len())
             .into_par_iter()
             .map(|e| radiosity(e) * mesh.elements[e].area_m2)
             .collect();
         let power_w: f64 = powers.iter().map(|w| magnitude(*w)).sum();
         let n_bundles = if power_w > 0.0 {
-            (power_w / (ray_power_w * BUNDLE_RAYS as f64)).ceil().clamp(1.0, u32::MAX.into()) as u64
+            (power_w / (ray_power_w * f64::from(bundle_side.pow(2)))).ceil().clamp(1.0, u32::MAX.into())
+                as u64
         } else {
             0
         };
@@ -47,7 +54,7 @@ impl Allocation {
             below += magnitude(*w);
         }
         firsts.push(n_bundles);
-        Allocation { powers, firsts, n_bundles, power_w }
+        Allocation { powers, firsts, n_bundles, bundle_side, power_w }
     }
 
     /// The element that shoots bundle `b`, and the power of each of its rays (W).
@@ -56,6 +63,49 @@ impl Allocation {
         let n = (self.firsts[e + 1] - self.firsts[e]) as f64;
         let share = magnitude(self.powers[e]) / self.power_w * self.n_bundles as f64;
         let n = if share < 1.0 { share } else { n };
-        (e, self.powers[e] / (n * f64::from(BUNDLE_SIDE * BUNDLE_SIDE)))
+        (e, self.powers[e] / (n * f64::from(self.bundle_side.pow(2))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::radiosity::tests::{grey, room, scene};
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+        #[test]
+        fn allocation_of_any_powers_gives_each_its_share_to_within_a_bundle(
+            weights in prop::collection::vec(prop_oneof![Just(0.0), 0.0..1.0, -20.0..20.0], 24),
+            rays in 1.0..1e6_f64,
+        ) {
+            let scene = scene(vec![grey("grey", 0.5)], room(DVec3::ONE, 0.0), vec![], 24);
+            let mesh = Mesh::build(&scene);
+            prop_assert_eq!(mesh.elements.len(), 24);
+            let radiosity = |e: usize| Rgb([weights[e], 0.5 * weights[e], 0.0]);
+            let total: f64 = (0..24).map(|e| magnitude(radiosity(e)) * mesh.elements[e].area_m2).sum();
+            prop_assume!(total > 0.0);
+            let allocation = Allocation::new(&mesh, total / rays, 8, radiosity);
+            prop_assert_eq!(allocation.n_bundles, (rays / 64.0).ceil() as u64);
+            let (mut counts, mut carried) = (vec![0.0; 24], vec![Rgb::BLACK; 24]);
+            for b in 0..allocation.n_bundles {
+                let (e, ray_power_w) = allocation.of_bundle(b);
+                counts[e] += 1.0;
+                carried[e] += ray_power_w * 64.0;
+            }
+            for e in 0..24 {
+                let power = radiosity(e) * mesh.elements[e].area_m2;
+                let share = magnitude(power) / total * allocation.n_bundles as f64;
+                let n: f64 = counts[e];
+                prop_assert!((n - share).abs() < 1.0 + 1e-9, "{n} of {share}");
+                if share >= 1.0 {
+                    prop_assert!(magnitude(carried[e] - power) < 1e-9 * total);
+                } else if n > 0.0 {
+                    prop_assert!((magnitude(carried[e]) * allocation.n_bundles as f64 / total - 1.0).abs() < 1e-9);
+                }
+            }
+        }
     }
 }

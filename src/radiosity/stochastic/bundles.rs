@@ -1,4 +1,4 @@
-//! Hemisphere bundles of a pass: one apex on the element, 8 x 8 cosine strata.
+//! Hemisphere bundles of a pass: one apex on the element, 8 x 8 or 4 x 4 cosine strata.
 //!
 //! ```text
 //! b --R4 sequence, shifted by the round's seed--> place on the element, place in the strata --> RayBundle::Hemisphere
@@ -13,7 +13,6 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::super::form_factors::inside;
-use super::BUNDLE_SIDE;
 use super::allocation::Allocation;
 use crate::mesh::{ElementId, Mesh, SurfacePoint};
 use crate::raycast::RayBundle;
@@ -70,8 +69,8 @@ pub(super) fn sources(
                 normal,
                 // Quarter turns map the square onto itself and take out what the board's table leans.
                 spin: FRAC_PI_2 * (b & 3) as f64,
-                n: BUNDLE_SIDE,
-                m: BUNDLE_SIDE,
+                n: allocation.bundle_side,
+                m: allocation.bundle_side,
                 jitter: [x[2], x[3]],
             };
             Source { bundle, ray_power_w }

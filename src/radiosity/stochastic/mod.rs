@@ -27,17 +27,21 @@ mod allocation;
 mod bundles;
 mod fold;
 mod tally;
+#[cfg(test)]
+mod tests;
 
 use allocation::Allocation;
 use bundles::Source;
+use fold::Hat;
 use tally::{Stray, Tally};
 
-/// Strata along each axis of a bundle.
-const BUNDLE_SIDE: u32 = 8;
-/// Rays of a bundle.
-const BUNDLE_RAYS: u64 = (BUNDLE_SIDE * BUNDLE_SIDE) as u64;
-/// Bundles of a query: 262,144 rays, whose hits take 6 MiB.
-const BUNDLES_PER_CHUNK: u64 = 4096;
+/// Strata along each axis of a bundle: 64 rays where the elements shoot several bundles each, 16 where they do not: rays of
+/// one place hit together near edges, and what few places send is noise.
+const BUNDLE_SIDES: (u32, u32) = (8, 4);
+/// Bundles that an element shoots in the first pass, in the mean, for the larger ones.
+const BUNDLES_PER_ELEMENT: f64 = 4.0;
+/// Rays of a query; their hits take 6 MiB.
+const RAYS_PER_CHUNK: u64 = 1 << 18;
 /// Rounds that the rays are planned for; fewer would know their own error badly.
 const PLANNED_ROUNDS: u32 = 4;
 /// Rounds at most, when the error does not come under what was wanted.
@@ -50,6 +54,8 @@ const RAYS_PER_KERNEL_SHOT: f64 = 3.0;
 pub(super) struct StochasticState {
     /// Power that a ray carries (W, all channels).
     ray_power_w: f64,
+    /// Strata along each axis of a bundle.
+    bundle_side: u32,
     /// A round ends when its unshot power is under this (W).
     stop_w: f64,
     round: u32,
@@ -148,8 +154,12 @@ pub(super) fn plan(
     // Variance of an element's mean relative to the square of the mean of all, summed: w n unshot / incident^2.
     let ray_power_w =
         options.wanted_error.powi(2) * flow.incident_w * flow.incident_w / (n as f64 * flow.unshot_w);
+    let ray_power_w = ray_power_w * f64::from(PLANNED_ROUNDS);
+    let (large, small) = BUNDLE_SIDES;
+    let n_large = state.unshot_power_w() / (ray_power_w * f64::from(large * large));
     let mut s = StochasticState {
-        ray_power_w: ray_power_w * f64::from(PLANNED_ROUNDS),
+        ray_power_w,
+        bundle_side: if n_large >= BUNDLES_PER_ELEMENT * n as f64 { large } else { small },
         stop_w: options.unshot_share * magnitude(state.account.emitted_w),
         round: 0,
         pass: 0,
@@ -192,16 +202,15 @@ pub(super) struct Stochastic<'a> {
     /// Of every patch.
     reflectance: Vec<Rgb>,
     offset_m: f64,
-    /// Integral of every vertex's hat over its elements (m^2).
-    vertex_area_m2: Vec<f64>,
+    /// Of every vertex.
+    hats: Vec<Hat>,
     /// Of the running pass; `None` after a fold and after a resume.
     allocation: Option<Allocation>,
 }
 
 impl<'a> Stochastic<'a> {
     pub(super) fn new(mesh: &'a Mesh, reflectance: Vec<Rgb>, offset_m: f64) -> Stochastic<'a> {
-        let vertex_area_m2 = fold::vertex_areas(mesh);
-        Stochastic { mesh, reflectance, offset_m, vertex_area_m2, allocation: None }
+        Stochastic { mesh, reflectance, offset_m, hats: fold::hats(mesh), allocation: None }
     }
 
     /// Casts one chunk of bundles; at the end of a pass folds what arrived into the round, at the end of a round judges the
@@ -223,7 +232,7 @@ impl<'a> Stochastic<'a> {
         }
         let Some(allocation) = &self.allocation else { return Ok(false) };
         let seed = crate::sampling::hash(options.seed, u64::from(s.round), u64::from(s.pass));
-        let end = (s.next_bundle + BUNDLES_PER_CHUNK).min(s.n_bundles);
+        let end = (s.next_bundle + RAYS_PER_CHUNK / u64::from(s.bundle_side.pow(2))).min(s.n_bundles);
         let sources: Vec<Source> =
             bundles::sources(self.mesh, allocation, seed, self.offset_m, s.next_bundle..end);
         if !sources.is_empty() {
@@ -250,10 +259,12 @@ impl<'a> Stochastic<'a> {
     /// Deals the pass's bundles out.
     fn begin_pass(&mut self, s: &mut StochasticState, exitance: &[Rgb]) {
         let of_exitance = |s: &StochasticState| {
-            Allocation::new(self.mesh, s.ray_power_w, |e| exitance[self.mesh.elements[e].patch.0 as usize])
+            Allocation::new(self.mesh, s.ray_power_w, s.bundle_side, |e| {
+                exitance[self.mesh.elements[e].patch.0 as usize]
+            })
         };
         let of_reflection = |s: &StochasticState| {
-            Allocation::new(self.mesh, s.ray_power_w, |e| {
+            Allocation::new(self.mesh, s.ray_power_w, s.bundle_side, |e| {
                 self.reflectance[self.mesh.elements[e].patch.0 as usize] * s.unshot[e]
             })
         };
@@ -268,10 +279,26 @@ impl<'a> Stochastic<'a> {
     }
 
     fn fold(&self, s: &mut StochasticState) {
-        fold::fold(self.mesh, &self.vertex_area_m2, s);
+        fold::fold(self.mesh, &self.hats, s);
         s.pass += 1;
         s.emission = false;
         s.n_bundles = 0;
         s.next_bundle = 0;
     }
+}
+
+/// Memory of an element beside the solver's own (bytes).
+pub(super) fn bytes_per_element() -> usize {
+    // unshot, left; of_round, squares; sums; tally; the running allocation's power and first bundle.
+    2 * size_of::<Rgb>()
+        + 2 * size_of::<f64>()
+        + size_of::<SplitIrradiance>()
+        + Tally::bytes_per_element()
+        + size_of::<Rgb>()
+        + size_of::<u64>()
+}
+
+/// Memory of a vertex beside the solver's own (bytes).
+pub(super) fn bytes_per_vertex() -> usize {
+    size_of::<SplitIrradiance>() + size_of::<Hat>()
 }

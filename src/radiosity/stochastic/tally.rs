@@ -49,6 +49,10 @@ impl Tally {
         Tally { cells: (0..n_elements).map(|_| zero()).collect() }
     }
 
+    pub(super) const fn bytes_per_element() -> usize {
+        size_of::<[AtomicI64; N_CELLS]>()
+    }
+
     /// Adds the hits of `sources`, ray by ray, of a pass of `pass_w`.
     pub(super) fn add(&self, mesh: &Mesh, sources: &[Source], hits: &[Option<RayHit>], pass_w: f64) -> Stray {
         let per_bundle = hits.len() / sources.len().max(1);
@@ -104,9 +108,12 @@ impl Tally {
     pub(super) fn of(&self, mesh: &Mesh, e: usize, pass_w: f64) -> Arrived {
         let cells = self.cells[e].each_ref().map(|cell| cell.load(Ordering::Relaxed) as f64);
         let unit = pass_w / 2f64.powi(UNIT_BITS);
-        let share = |x: f64| if cells[3] > 0.0 { x / cells[3] } else { 0.0 };
-        let [s, t, st] = [cells[4], cells[5], cells[6]].map(share);
-        let hats = match mesh.elements[e].corners {
+        let corners = &mesh.elements[e].corners;
+        let middle =
+            if matches!(corners, Corners::Quad(_)) { [0.5, 0.5, 0.25] } else { [1.0 / 3.0, 1.0 / 3.0, 0.0] };
+        let share = |k: usize| if cells[3] > 0.0 { cells[4 + k] / cells[3] } else { middle[k] };
+        let [s, t, st] = [share(0), share(1), share(2)];
+        let hats = match corners {
             Corners::Triangle(_) => [1.0 - s - t, s, t, 0.0],
             Corners::Quad(_) => [1.0 - s - t + st, s - st, st, t - st],
         };

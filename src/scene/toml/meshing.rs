@@ -38,11 +38,12 @@ pub(super) fn resolve(
 /// How many elements with edges up to `h` a surface takes, both sides counted.
 fn n_elements(surface: &Surface, h: f64) -> f64 {
     let along = |length: f64| (length / h).ceil().max(1.0);
-    let one_side = match surface.shape {
+    let one_side = match &surface.shape {
         Shape::Quad(v) => {
             let edge = |i: usize| (v[(i + 1) % 4] - v[i]).length();
             along(edge(0).max(edge(2))) * along(edge(1).max(edge(3)))
         }
+        Shape::Faces(set) => (surface.shape.area_m2() / (h * h)).max(1.0) + set.n_faces() as f64,
         _ => along(surface.shape.area_m2().sqrt()).powi(2),
     };
     if surface.two_sided { 2.0 * one_side } else { one_side }
