@@ -49,18 +49,6 @@ fn names_of_malformed_scenes_are_unique_and_their_base_is_valid() {
     assert!(scene.warnings.is_empty());
 }
 
-#[test]
-fn load_of_a_scene_with_an_existing_mesh_says_that_meshes_are_not_supported_yet() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("table.obj"), "v 0 0 0\n").unwrap();
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, format!("{VALID}\n[[mesh]]\nfile = \"./table.obj\"\nunit = \"cm\"\n")).unwrap();
-    let shown = Scene::load(&path).unwrap_err().to_string();
-    let line = VALID.lines().count() + 2;
-    assert!(shown.contains(&format!("scene.toml:{line}:1: ")), "{shown}");
-    assert!(shown.contains("not supported yet"), "{shown}");
-}
-
 #[cfg(unix)]
 #[test]
 fn load_of_a_mesh_behind_a_link_out_of_the_folder_is_refused_as_outside() {

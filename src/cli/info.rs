@@ -10,9 +10,10 @@ use super::plan::DEFAULT_BOARD;
 use super::{CliError, Outcome, plan};
 use crate::frame::{self, Inspected};
 use crate::mesh::Mesh;
-use crate::radiosity::SplitIrradiance;
+use crate::radiosity::SolveOptions;
+use crate::radiosity::memory::HostMemory;
 use crate::report::si::{bytes, si, vector};
-use crate::scene::{MeshTarget, Scene, Shape};
+use crate::scene::{FaceCounts, MeshTarget, Scene, Shape};
 use crate::units::Rgb;
 
 /// Top-level keys that only scene files have.
@@ -35,6 +36,9 @@ pub(super) fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
 fn is_board(what: &Path) -> bool {
     if !what.exists() {
         return what.to_str().is_some_and(|name| BoardSpec::preset_names().contains(&name));
+    }
+    if Scene::is_model_file(what) {
+        return false;
     }
     let table = std::fs::read_to_string(what).ok().and_then(|text| text.parse::<toml::Table>().ok());
     table.is_some_and(|t| !t.is_empty() && !SCENE_KEYS.iter().any(|key| t.contains_key(*key)))
@@ -167,18 +171,16 @@ fn scene_text(inspected: &Inspected) -> String {
         mesh.n_cast_patches,
         mesh.n_t_junctions
     );
-    let solution_bytes = (mesh.vertices.len() + mesh.elements.len()) * size_of::<SplitIrradiance>();
-    let _ = writeln!(
-        out,
-        "memory     mesh {}, solution {}",
-        bytes(mesh.memory_bytes() as u64),
-        bytes(solution_bytes as u64)
-    );
+    imported(&mut out, scene);
+    memory_table(&mut out, mesh);
     let _ = match &inspected.board_image {
         Ok(image) => writeln!(
             out,
-            "board      patch memory {} on {DEFAULT_BOARD}, grid of {n} x {n} x {n} cells\n",
+            "board      patch memory {} on {DEFAULT_BOARD}: {:.1} B a patch, {} of them its record, the rest cells and \
+             their lists;\n           grid of {n} x {n} x {n} cells\n",
             bytes(image.size_bytes),
+            image.size_bytes as f64 / mesh.n_cast_patches.max(1) as f64,
+            bytes(image.record_bytes),
             n = image.cells_per_side
         ),
         Err(e) => writeln!(out, "board      {DEFAULT_BOARD} cannot take the scene: {e}\n"),
@@ -186,6 +188,57 @@ fn scene_text(inspected: &Inspected) -> String {
     materials_table(&mut out, scene);
     surfaces_table(&mut out, scene, mesh);
     out
+}
+
+/// Bytes by element, vertex and patch, and of all.
+fn memory_table(out: &mut String, mesh: &Mesh) {
+    let memory = HostMemory::of(mesh, &SolveOptions::default());
+    let _ = writeln!(
+        out,
+        "memory     {:<18} {:>11} {:>11} {:>11} {:>12}",
+        "host", "an element", "a vertex", "a patch", "all"
+    );
+    let parts = [
+        ("mesh", memory.mesh),
+        ("solution", memory.solution),
+        ("kernel shots, beside both", memory.solve),
+        ("bundles, beside both", memory.stochastic),
+    ];
+    for (name, part) in parts {
+        let each = [part.element_bytes, part.vertex_bytes, part.patch_bytes];
+        let [element, vertex, patch] =
+            each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
+        let all = bytes(memory.total_bytes(part));
+        let _ = writeln!(out, "           {name:<18} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
+    }
+    let _ = writeln!(
+        out,
+        "           rows of form factors: up to {} a patch that shoots, {} in all",
+        bytes(memory.row_bytes),
+        bytes(memory.max_row_bytes)
+    );
+}
+
+/// What became of the polygons of model files.
+fn imported(out: &mut String, scene: &Scene) {
+    let (mut counts, mut n_faces, mut memory) = (FaceCounts::default(), 0, 0);
+    for surface in &scene.surfaces {
+        if let Shape::Faces(set) = &surface.shape {
+            counts += set.counts();
+            n_faces += set.n_faces();
+            memory += set.memory_bytes();
+        }
+    }
+    if n_faces == 0 {
+        return;
+    }
+    let FaceCounts { n_polygons, n_degenerate, n_doubled, n_cut, n_joined, n_welded } = counts;
+    let _ = writeln!(
+        out,
+        "imported   {n_faces} faces of {n_polygons} polygons ({n_degenerate} without area, {n_doubled} doubled, {n_cut} cut, \
+         {n_joined} pairs joined), {n_welded} points welded; {}",
+        bytes(memory as u64)
+    );
 }
 
 fn rgb(c: Rgb) -> String {
@@ -229,6 +282,7 @@ fn surfaces_table(out: &mut String, scene: &Scene, mesh: &Mesh) {
             Shape::Disk { .. } => "disk",
             Shape::Sphere { .. } => "sphere",
             Shape::Cylinder { .. } => "cylinder",
+            Shape::Faces(_) => "faces",
         };
         let front = &mesh.patches[patches.front.start as usize..patches.front.end as usize];
         let area: f64 = front.iter().map(|p| p.area_m2).sum();

@@ -71,11 +71,14 @@ impl DirectLight {
             let whole: Option<&[DVec3]> = match &surface.shape {
                 Shape::Quad(corners) => Some(corners),
                 Shape::Triangle(corners) => Some(corners),
-                Shape::Disk { .. } | Shape::Sphere { .. } | Shape::Cylinder { .. } => None,
+                _ => None,
             };
             let sides = if surface.two_sided { &[Facing::Front, Facing::Back][..] } else { &[Facing::Front] };
             for side in sides {
                 let areas = match (whole, side) {
+                    (None, side) if matches!(surface.shape, Shape::Faces(_)) => {
+                        face_areas(&surface.shape, *side)
+                    }
                     (Some(corners), Facing::Front) => vec![Area::new(corners)],
                     (Some(corners), Facing::Back) => {
                         vec![Area::new(&corners.iter().rev().copied().collect::<Vec<_>>())]
@@ -225,6 +228,19 @@ impl DirectLight {
             }
         }
     }
+}
+
+/// The faces of a face set as they are seen from one side.
+fn face_areas(shape: &Shape, side: Facing) -> Vec<Area> {
+    let Shape::Faces(set) = shape else { return Vec::new() };
+    let area = |face: &[u32]| {
+        let mut corners: Vec<DVec3> = face.iter().map(|&c| set.points()[c as usize]).collect();
+        if side == Facing::Back {
+            corners.reverse();
+        }
+        Area::new(&corners)
+    };
+    set.faces().map(area).collect()
 }
 
 #[cfg(test)]

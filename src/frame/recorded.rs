@@ -61,7 +61,7 @@ struct Loaded {
 
 fn load(run: &Simulation<'_>) -> Result<Loaded, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, Some(false), &mut timings)?;
     let points = start_points(&scene, &run.workload.origins());
     let caster = timings.measure("board", || BoardCaster::new(run.board, &mesh.cast_patches(), &points))?;
     let mut caster = Caster::Board(Box::new(caster));
@@ -118,9 +118,8 @@ pub fn replay_scene(
     let key = RecordKey::of(run.board, caster.board().image());
     record.check(&settings(&host), &key).map_err(other)?;
     for (i, (_, command)) in record.commands.iter().enumerate() {
-        let what =
-            |error| RecordFileError::Body { path: path.to_path_buf(), what: format!("command {i}: {error}") };
-        command.check(run.board, caster.board().image()).map_err(what)?;
+        let checked = command.check(run.board, caster.board().image());
+        checked.map_err(|error| recorded::fault(path, format!("command {i}: {error}")))?;
     }
     if !answers_matter(workload) {
         let commands = timings.measure("rays", || commands(&host, caster.quantizer(), &mut NullCaster))?;

@@ -7,7 +7,7 @@ use crate::raycast::software::SoftwareCaster;
 use crate::raycast::{CastPatch, Purpose, Query, RayCaster};
 use crate::render::Rendering;
 use crate::report::si::{percent, share, si};
-use crate::scene::{Light, MeshTarget, Scene};
+use crate::scene::{Light, MeshTarget, Scene, Shape};
 
 /// Over this share of camera rays that first meet a back, the user is asked whether a surface is wound wrongly.
 pub const BACK_HIT_LIMIT: f64 = 0.2;
@@ -25,6 +25,18 @@ pub fn more_elements(target: MeshTarget, planned: u64) -> Option<String> {
         format!(
             "the mesh has {planned} elements, {wanted} were asked for: every surface has a least number, curved \
              ones a larger one"
+        )
+    })
+}
+
+/// A warning when imported faces do not meet edge to edge.
+pub fn t_junctions(scene: &Scene, mesh: &Mesh) -> Option<String> {
+    let imported = scene.surfaces.iter().any(|s| matches!(s.shape, Shape::Faces(_)));
+    (imported && mesh.n_t_junctions > 0).then(|| {
+        format!(
+            "{} edges have a corner of another face on them (T-junctions): light may leak there through gaps of a step of \
+             the board's coordinates",
+            mesh.n_t_junctions
         )
     })
 }

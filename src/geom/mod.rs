@@ -2,6 +2,7 @@
 
 mod aabb;
 mod ray;
+pub(crate) mod weld;
 
 pub use aabb::Aabb;
 pub use glam::{DVec2, DVec3};

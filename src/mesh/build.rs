@@ -133,7 +133,7 @@ impl Draft {
         side: Facing,
         welder: &mut Welder,
     ) -> std::ops::Range<u32> {
-        let cut = tessellate(&scene.surfaces[i].shape, grids[i]);
+        let cut = tessellate(&scene.surfaces[i].shape, &grids[i]);
         let base = self.points.len() as u32;
         for point in cut.points {
             let (id, at) = welder.weld(point);

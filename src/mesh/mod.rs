@@ -18,17 +18,18 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use crate::geom::weld;
 use crate::raycast::{CastPatch, Facing};
 use crate::scene::{Scene, SurfaceId};
 
 mod build;
+mod faces;
 mod inverse;
 mod junctions;
 mod plan;
 mod split;
 mod subdivision;
 mod tessellate;
-mod weld;
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -10,25 +10,27 @@
 //! its own smooth group only, and never beyond [`MAX_ASPECT_PATCHES`], which keeps slivers affordable.
 //! Triangles take their count from the second longest edge (the longest under `max_element_m`): the longest is at
 //! most twice as long, and a wall of two triangles then gets the elements of a wall of one quad, halved.
-//! Curved surfaces have a least count that keeps their area within 1 %, and no aspect rule.
+//! Curved surfaces have a least count that keeps their area within 0.1 %, and no aspect rule.
 
 use std::f64::consts::{PI, TAU};
 
+use super::faces::FaceGrid;
 use super::weld::{DisjointSets, Welder};
 use crate::geom::{Aabb, DVec3};
-use crate::scene::{MAX_ELEMENTS, MeshTarget, Scene, Shape, Surface};
+use crate::scene::{FaceSet, MAX_ELEMENTS, MeshTarget, Scene, Shape, Surface};
 
 /// Patches that the aspect rule may put along an edge, unless h0 asks for more.
 const MAX_ASPECT_PATCHES: u64 = 32;
-/// Fewest patches around a disk or cylinder: an inscribed 32-gon lacks 0.64 % of its disk's area.
-const MIN_AROUND: u64 = 32;
-/// Fewest patches of a sphere from pole to pole, half of those around: its area lacks 0.8 %.
+/// Fewest patches around a disk or cylinder: of a cylinder that meets disks of the right area, the area is then 0.07 %
+/// too much.
+const MIN_AROUND: u64 = 48;
+/// Fewest patches of a sphere from pole to pole, half of those around: corners stand 0.4 % of the radius outside.
 const MIN_SPHERE_ROWS: u64 = 16;
 /// Most elements along one edge: keeps absurd wishes inside the arithmetic.
 const MAX_COUNT: f64 = 1e9;
 
 /// Patch grid of one surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Grid {
     /// `s` patches along v0 v1, `t` along v1 v2.
     Quad { s: u64, t: u64 },
@@ -40,22 +42,28 @@ pub(super) enum Grid {
     Sphere { around: u64, rows: u64 },
     /// `rows` patches from rim to rim.
     Cylinder { around: u64, rows: u64 },
+    /// Faces cut one by one.
+    Faces(FaceGrid),
 }
 
 impl Grid {
-    pub(super) fn n_patches(self) -> u64 {
-        match self {
+    pub(super) fn n_patches(&self) -> u64 {
+        match *self {
             Grid::Quad { s, t } => s.saturating_mul(t),
             Grid::Triangle { n } => n.saturating_mul(n),
             Grid::Disk { around, rings: n }
             | Grid::Sphere { around, rows: n }
             | Grid::Cylinder { around, rows: n } => around.saturating_mul(n),
+            Grid::Faces(ref grid) => grid.n_patches,
         }
     }
 
     /// Elements of one side: 2 x 2 a patch, one where a patch stays whole (`Tessellation::whole`).
-    pub(super) fn n_elements(self) -> u64 {
-        self.n_patches().saturating_mul(4)
+    pub(super) fn n_elements(&self) -> u64 {
+        match self {
+            Grid::Faces(grid) => grid.n_elements,
+            _ => self.n_patches().saturating_mul(4),
+        }
     }
 }
 
@@ -89,13 +97,17 @@ pub(super) fn plan_bounded(scene: &Scene) -> Vec<Grid> {
 
 /// The tolerance (m) within which corners of different surfaces are one point.
 pub(super) fn weld_tolerance_m(scene: &Scene) -> f64 {
-    let points = scene.surfaces.iter().flat_map(|surface| match surface.shape {
+    let points = scene.surfaces.iter().flat_map(|surface| match &surface.shape {
         Shape::Quad(v) => v.to_vec(),
         Shape::Triangle(v) => v.to_vec(),
         Shape::Disk { center, radius, .. } | Shape::Sphere { center, radius, .. } => {
-            vec![center - DVec3::splat(radius), center + DVec3::splat(radius)]
+            vec![*center - DVec3::splat(*radius), *center + DVec3::splat(*radius)]
         }
-        Shape::Cylinder { base, top, .. } => vec![base, top],
+        Shape::Cylinder { base, top, .. } => vec![*base, *top],
+        Shape::Faces(set) => {
+            let around = Aabb::around(set.points().iter().copied());
+            vec![around.min, around.max]
+        }
     });
     let size = Aabb::around(points).size().length();
     if size.is_finite() && size > 0.0 { 1e-9 * size } else { 1e-9 }
@@ -113,7 +125,7 @@ fn wanted_size_m(scene: &Scene) -> f64 {
 }
 
 /// Patches (two elements each) that cover `length_m` with elements of at most `size_m`, at least one.
-fn n_patches_along(length_m: f64, size_m: f64) -> u64 {
+pub(super) fn n_patches_along(length_m: f64, size_m: f64) -> u64 {
     // The slack keeps an exact quotient that rounding lifted from costing another patch.
     let n = (length_m / size_m - 1e-9).ceil().clamp(1.0, MAX_COUNT);
     (n as u64).div_ceil(2).max(1)
@@ -121,7 +133,15 @@ fn n_patches_along(length_m: f64, size_m: f64) -> u64 {
 
 fn grids(scene: &Scene, size_m: f64) -> Vec<Grid> {
     let counts = flat_counts(scene, size_m);
+    let mut first_class = 2 * scene.surfaces.len();
+    let cut = any_long_face(scene, size_m);
     let grid = |(i, surface): (usize, &Surface)| match surface.shape {
+        Shape::Faces(ref set) => {
+            let start = first_class;
+            first_class += n_face_classes(set, cut);
+            let counts = face_counts(set, &counts[start..first_class]);
+            Grid::Faces(FaceGrid::new(set, counts, scene.meshing.target, size_m))
+        }
         Shape::Quad(_) => Grid::Quad { s: counts[2 * i], t: counts[2 * i + 1] },
         Shape::Triangle(_) => Grid::Triangle { n: counts[2 * i] },
         Shape::Disk { radius, .. } => Grid::Disk {
@@ -151,7 +171,10 @@ fn flat_corners(shape: &Shape) -> &[DVec3] {
 
 /// Patches along the edges of flat surfaces: class `2 i + (edge & 1)` of quad i, class `2 i` of triangle i.
 fn flat_counts(scene: &Scene, size_m: f64) -> Vec<u64> {
-    let n_classes = 2 * scene.surfaces.len();
+    let n_flat = 2 * scene.surfaces.len();
+    let sets = || scene.surfaces.iter().filter_map(face_set);
+    let cut = any_long_face(scene, size_m);
+    let n_classes = n_flat + sets().map(|set| n_face_classes(set, cut)).sum::<usize>();
     let longest_rule = matches!(scene.meshing.target, MeshTarget::MaxElementM(_));
     let class = |i: usize, n_corners: usize, edge: usize| 2 * i + if n_corners == 4 { edge & 1 } else { 0 };
 
@@ -177,8 +200,22 @@ fn flat_counts(scene: &Scene, size_m: f64) -> Vec<u64> {
             need[c] = need[c].max(n_patches_along(length, size_m));
         }
     }
+    let mut first_class = n_flat;
+    for set in sets().filter(|_| cut) {
+        let ids: Vec<u32> = set.points().iter().map(|&p| welder.weld(p).0).collect();
+        for (f, face) in set.faces().enumerate() {
+            let n = face.len();
+            for e in 0..n {
+                let (p, q) = (face[e] as usize, face[(e + 1) % n] as usize);
+                let c = first_class + face_class(f, n, e);
+                edges.push((ids[p].min(ids[q]), ids[p].max(ids[q]), c));
+                need[c] = need[c].max(n_patches_along(set.points()[p].distance(set.points()[q]), size_m));
+            }
+        }
+        first_class += n_face_classes(set, cut);
+    }
     edges.sort_unstable();
-    let group_of = |class: usize| scene.surfaces[class / 2].smooth_group;
+    let group_of = |class: usize| if class < n_flat { scene.surfaces[class / 2].smooth_group } else { 0 };
     let mut touching = DisjointSets::new(n_classes);
     let mut smooth = DisjointSets::new(n_classes);
     for pair in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
@@ -199,6 +236,47 @@ fn flat_counts(scene: &Scene, size_m: f64) -> Vec<u64> {
             break;
         }
         counts = share_largest(&wanted, &mut smooth);
+    }
+    counts
+}
+
+fn face_set(surface: &Surface) -> Option<&FaceSet> {
+    match &surface.shape {
+        Shape::Faces(set) => Some(set),
+        _ => None,
+    }
+}
+
+/// Whether any face has to be cut.
+fn any_long_face(scene: &Scene, size_m: f64) -> bool {
+    let long = |set: &FaceSet| {
+        let at = |i: u32| set.points()[i as usize];
+        let is_long = |a: u32, b: u32| n_patches_along(at(a).distance(at(b)), size_m) > 1;
+        set.faces().any(|face| (0..face.len()).any(|e| is_long(face[e], face[(e + 1) % face.len()])))
+    };
+    scene.surfaces.iter().filter_map(face_set).any(long)
+}
+
+/// Classes that the faces of a set take, four a face; none when nothing is cut.
+fn n_face_classes(set: &FaceSet, cut: bool) -> usize {
+    if cut { 4 * set.n_faces() } else { 0 }
+}
+
+/// The class of an edge among those of its set: opposite edges of a quad share one, edges of a triangle do not.
+fn face_class(face: usize, n_corners: usize, edge: usize) -> usize {
+    4 * face + if n_corners == 4 { edge & 1 } else { edge }
+}
+
+/// Patches along each edge of each face.
+fn face_counts(set: &FaceSet, classes: &[u64]) -> Vec<u32> {
+    if classes.is_empty() {
+        return Vec::new();
+    }
+    let mut counts = vec![1; 4 * set.n_faces()];
+    for (f, face) in set.faces().enumerate() {
+        for e in 0..face.len() {
+            counts[4 * f + e] = classes[face_class(f, face.len(), e)].min(u64::from(u32::MAX)) as u32;
+        }
     }
     counts
 }

@@ -16,6 +16,7 @@
 
 use rayon::prelude::*;
 
+use super::checkpoint::Checkpoint;
 use super::emitters::{self, Emitter};
 use super::form_factors::{FormFactors, Row, ShooterId, StrayShares};
 use super::light_shots::{self, LightShot};
@@ -25,9 +26,10 @@ use super::rows::{self, RowStore};
 use super::state::{State, magnitude};
 use super::stochastic::{self, Stochastic};
 use super::{FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
+use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
 use crate::raycast::{CastError, RayCaster};
-use crate::scene::Scene;
+use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
 /// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
@@ -56,20 +58,35 @@ pub(super) fn run(
     mesh: &Mesh,
     caster: &mut dyn RayCaster,
     options: &SolveOptions,
+    start: Start<'_>,
+    mut checkpoint: Option<&mut Checkpoint>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    let mut solver = Solver::new(scene, mesh, options, caster.surface_offset_m());
-    let mut state = solver.begin(caster)?;
+    let offset_m = caster.surface_offset_m();
+    let mut solver = Solver::new(scene, mesh, options, offset_m);
+    let resumed =
+        checkpoint.as_mut().map_or(Ok(None), |c| c.resume(scene, mesh, options, start, offset_m))?;
+    let mut state = match (resumed, start) {
+        (Some(state), _) => {
+            progress(SolveProgress { resumed: true, ..solver.progress(&state) });
+            state
+        }
+        (None, Start::Anew) => solver.begin(caster)?,
+        (None, Start::From(stored)) => relight::begin(&mut solver, stored, caster)?,
+    };
     while solver.step(&mut state, caster)? {
         progress(solver.progress(&state));
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.after_step(&state)?;
+        }
     }
-    Ok(solver.finish(state))
+    solver.finish(state, caster)
 }
 
 /// What a solve needs beside its [`State`]: all of it follows from scene, mesh and options.
 pub(super) struct Solver<'a> {
-    scene: &'a Scene,
-    mesh: &'a Mesh,
+    pub scene: &'a Scene,
+    pub mesh: &'a Mesh,
     options: &'a SolveOptions,
     offset_m: f64,
     optics: Vec<PatchOptics>,
@@ -116,23 +133,35 @@ impl<'a> Solver<'a> {
     /// The state before the first step: lights without area have shone, nothing was shot.
     pub(super) fn begin(&mut self, caster: &mut dyn RayCaster) -> Result<State, SolveError> {
         let mut state = State::new(self.scene, self.mesh);
-        if !self.scene.lights.is_empty() {
-            self.need_receivers();
-        }
-        if let Some(receivers) = &self.receivers {
-            for light in &self.scene.lights {
-                self.add_light(&mut state, &light_shots::shoot(self.mesh, receivers, light, caster)?);
-            }
+        for light in &self.scene.lights {
+            let shot = self.light_shot(light, caster)?;
+            add_light(&mut state, &shot, 1.0);
         }
         self.measure_unshot(&mut state);
         Ok(state)
+    }
+
+    /// What a light without area does.
+    pub(super) fn light_shot(
+        &mut self,
+        light: &Light,
+        caster: &mut dyn RayCaster,
+    ) -> Result<LightShot, SolveError> {
+        let receivers = self.receivers.get_or_insert_with(|| Receivers::of(self.mesh, self.offset_m));
+        Ok(light_shots::shoot(self.mesh, receivers, light, caster)?)
+    }
+
+    pub(super) fn reflectance(&self, patch: PatchId) -> Rgb {
+        self.optics[patch.0 as usize].reflectance
     }
 
     /// One shot, or one chunk of stochastic rays; false, and nothing done, when the solve is over.
     pub(super) fn step(&mut self, state: &mut State, caster: &mut dyn RayCaster) -> Result<bool, SolveError> {
         if state.stochastic.is_none() {
             let emitted = magnitude(state.account.emitted_w);
-            if state.n_shots < self.options.max_shots && self.shoot_emitters(state, caster)? {
+            // A surface is not left with some of its parts shot: what is unshot is known by patch.
+            let may_shoot = state.n_shots < self.options.max_shots || self.is_inside_emitter(state);
+            if may_shoot && self.shoot_emitters(state, caster)? {
                 return Ok(true);
             }
             if state.n_shots >= self.options.max_shots
@@ -141,10 +170,15 @@ impl<'a> Solver<'a> {
                 return Ok(false);
             }
             let Some(patch) = strongest(state) else { return Ok(false) };
-            if !self.turns_stochastic(state, patch) {
+            // Bundles shoot what elements received: the rest of a change of reflectance goes first.
+            let left_over = state.unshot_reflected.iter().position(|b| !b.is_black());
+            let turns = self.turns_stochastic(state, patch);
+            if !turns || left_over.is_some() {
+                let patch = left_over.filter(|_| turns).map_or(patch, |p| PatchId(p as u32));
                 self.shoot_strongest(state, patch, caster)?;
                 return Ok(true);
             }
+            self.measure_reciprocity(state, caster)?;
             self.receivers = None;
             self.rows.clear();
             state.stochastic = Some(stochastic::plan(self.mesh, &self.optics, self.options, state));
@@ -162,7 +196,13 @@ impl<'a> Solver<'a> {
             None => (SolvePhase::Shots, state.unshot_power_w()),
             Some(s) => (SolvePhase::Stochastic { done: s.done_share() }, s.unshot_power_w()),
         };
-        SolveProgress { phase, n_shots: state.n_shots, n_rays: state.n_rays, unshot_share: share(unshot_w) }
+        SolveProgress {
+            phase,
+            n_shots: state.n_shots,
+            n_rays: state.n_rays,
+            unshot_share: share(unshot_w),
+            resumed: false,
+        }
     }
 
     /// True when the next shot would be by a patch without a row and there have been enough of those: past
@@ -211,14 +251,51 @@ impl<'a> Solver<'a> {
         Ok(())
     }
 
-    /// Shoots the next parts of emitting surfaces, as many as are cast in one query; false when there are none left.
-    fn shoot_emitters(&mut self, state: &mut State, caster: &mut dyn RayCaster) -> Result<bool, SolveError> {
-        let first = state.n_emitters as usize;
-        if first >= self.emitters.len() {
-            return Ok(false);
-        }
+    /// Casts rows and keeps them, whatever memory they take.
+    #[cfg(feature = "exact")]
+    pub(super) fn cast_and_keep(
+        &mut self,
+        state: &mut State,
+        patches: &[PatchId],
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
         self.need_receivers();
-        let last = (first + self.rows_per_query()).min(self.emitters.len());
+        let shooters: Vec<ShooterId> = patches.iter().map(|p| ShooterId::Patch(*p)).collect();
+        let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
+        state.n_rays += n_rays;
+        for (patch, (row, stray)) in patches.iter().zip(&batch) {
+            self.rows.keep(state, self.mesh, *patch, row, *stray, u64::MAX);
+        }
+        Ok(())
+    }
+
+    /// A row at hand.
+    #[cfg(feature = "exact")]
+    pub(super) fn row(&self, patch: PatchId) -> Option<&Row> {
+        self.rows.get(patch)
+    }
+
+    /// True when some parts of an emitting surface have shot, and others have not.
+    fn is_inside_emitter(&self, state: &State) -> bool {
+        let last = (state.n_emitters as usize).checked_sub(1);
+        last.and_then(|e| self.emitters.get(e)).is_some_and(|emitter| !emitter.is_last)
+    }
+
+    /// Shoots the next parts of emitting surfaces, as many as are cast in one query; false when there are none left.
+    pub(super) fn shoot_emitters(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<bool, SolveError> {
+        let n = self.emitters.len();
+        let unshot = |e: &usize| !state.unshot_exitance[self.emitters[*e].patches.0 as usize].is_black();
+        let Some(first) = (state.n_emitters as usize..n).find(unshot) else {
+            state.n_emitters = n as u32;
+            return Ok(false);
+        };
+        let last = (first..n).find(|e| !unshot(e)).unwrap_or(n);
+        self.need_receivers();
+        let last = (first + self.rows_per_query()).min(last);
         let shooters: Vec<ShooterId> = (first..last).map(|e| ShooterId::Emitter(e as u32)).collect();
         let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
         state.n_rays += n_rays;
@@ -300,34 +377,60 @@ impl<'a> Solver<'a> {
         patches.into_iter().map(|(_, patch)| patch).collect()
     }
 
-    fn add_light(&self, state: &mut State, shot: &LightShot) {
-        for (element, e) in state.elements.iter_mut().zip(&shot.elements) {
-            element.irradiance.direct += *e;
-            element.unshot += *e;
-        }
-        for (vertex, e) in state.vertices.iter_mut().zip(&shot.vertices) {
-            vertex.direct += *e;
-        }
-        state.account.emitted_w += shot.power_w;
-        state.account.lost_w += shot.power_w * shot.stray.lost;
-        state.account.back_w += shot.power_w * shot.stray.back;
-        state.n_rays += shot.n_rays;
-    }
-
-    fn measure_unshot(&self, state: &mut State) {
+    pub(super) fn measure_unshot(&self, state: &mut State) {
         let this = &*state;
         let unshot_w = (0..self.mesh.patches.len())
             .into_par_iter()
             .with_min_len(512)
             .map(|p| {
-                let reflected = self.optics[p].reflectance * this.unshot_irradiance(self.mesh, p);
+                let reflected = this.unshot_reflected[p] + self.newly_reflected(this, p);
                 (this.unshot_exitance[p] + reflected) * self.mesh.patches[p].area_m2
             })
             .collect();
         state.unshot_w = unshot_w;
     }
 
-    pub(super) fn finish(self, mut state: State) -> Solution {
+    /// What a patch has to shoot of what its elements received (W/m^2).
+    fn newly_reflected(&self, state: &State, patch: usize) -> Rgb {
+        self.optics[patch].reflectance * state.unshot_irradiance(self.mesh, patch)
+    }
+
+    /// Compares the rows that are kept, before they are given up; those that are not at hand are cast again.
+    fn measure_reciprocity(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
+        let power_w = |patch: &u32| magnitude(state.shot_w[*patch as usize]);
+        let mut patches: Vec<u32> = state.kept.patches.iter().copied().filter(|p| power_w(p) > 0.0).collect();
+        patches.sort_by(|a, b| power_w(b).total_cmp(&power_w(a)).then(a.cmp(b)));
+        patches.truncate(diagnostics::MAX_ROWS);
+        let missing = patches.iter().map(|p| PatchId(*p)).filter(|p| self.rows.get(*p).is_none());
+        let missing: Vec<PatchId> = missing.collect();
+        if !missing.is_empty() {
+            self.need_receivers();
+        }
+        for batch in missing.chunks(ROWS_PER_QUERY) {
+            let shooters: Vec<ShooterId> = batch.iter().copied().map(ShooterId::Patch).collect();
+            let (rows, _) = self.cast_rows(&shooters, caster)?;
+            for (patch, (row, _)) in batch.iter().zip(rows) {
+                self.rows.restore(*patch, row);
+            }
+        }
+        let rows = patches.iter().filter_map(|p| Some((PatchId(*p), self.rows.get(PatchId(*p))?)));
+        state.reciprocity = Some(diagnostics::reciprocity(self.mesh, &rows.collect::<Vec<_>>()));
+        Ok(())
+    }
+
+    /// The solution of a state, converged or not.
+    pub(super) fn finish(
+        mut self,
+        mut state: State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<Solution, SolveError> {
+        if state.reciprocity.is_none() {
+            self.measure_reciprocity(&mut state, caster)?;
+        }
         let error = match state.stochastic.take() {
             Some(s) => {
                 let error = s.finish(self.mesh, self.scene.surfaces.len(), &mut state);
@@ -356,7 +459,12 @@ impl<'a> Solver<'a> {
             - account.lost_w
             - account.specular_w
             - account.back_w;
-        Solution {
+        let unshot = (0..self.mesh.patches.len()).map(|p| UnshotRadiosity {
+            emitted: state.unshot_exitance[p],
+            reflected: state.unshot_reflected[p] + self.newly_reflected(&state, p),
+        });
+        Ok(Solution {
+            unshot: unshot.collect(),
             element_irradiance: state.elements.iter().map(|e| e.irradiance).collect(),
             row_sum_error: state.row_sum_error(),
             vertex_irradiance: state.vertices,
@@ -364,8 +472,12 @@ impl<'a> Solver<'a> {
             n_shots: state.n_shots,
             n_shooters: state.shot_w.iter().filter(|w| !w.is_black()).count() + state.n_emitters as usize,
             n_rays: state.n_rays,
-            error_estimate: error,
-        }
+            reciprocity: state.reciprocity.unwrap_or_default(),
+            error_estimate: relight::combined(state.earlier_error, error),
+            shooters: state.known.iter().map(|(patch, known)| known.record(*patch)).collect(),
+            earlier: state.earlier,
+            exact: false,
+        })
     }
 }
 
@@ -385,15 +497,38 @@ fn strongest(state: &State) -> Option<PatchId> {
     best.1
 }
 
+/// Adds what a light does, `share` times.
+pub(super) fn add_light(state: &mut State, shot: &LightShot, share: f64) {
+    for (element, e) in state.elements.iter_mut().zip(&shot.elements) {
+        element.irradiance.direct += *e * share;
+        element.unshot += *e * share;
+    }
+    for (vertex, e) in state.vertices.iter_mut().zip(&shot.vertices) {
+        vertex.direct += *e * share;
+    }
+    let power_w = shot.power_w * share;
+    state.account.emitted_w += power_w;
+    state.account.lost_w += power_w * shot.stray.lost;
+    state.account.back_w += power_w * shot.stray.back;
+    state.n_rays += shot.n_rays;
+}
+
+/// A patch shoots all that it has not shot yet.
 fn shoot(mesh: &Mesh, optics: &[PatchOptics], state: &mut State, patch: PatchId, row: &Row) {
     let p = patch.0 as usize;
     let direct = std::mem::take(&mut state.unshot_exitance[p]);
-    let indirect = optics[p].reflectance * state.unshot_irradiance(mesh, p);
+    let left_over = std::mem::take(&mut state.unshot_reflected[p]);
+    let indirect = left_over + optics[p].reflectance * state.unshot_irradiance(mesh, p);
     for e in mesh.patches[p].elements.clone() {
         state.elements[e as usize].unshot = Rgb::BLACK;
     }
+    deposit(mesh, state, patch, direct, indirect, row);
+}
+
+/// Radiosity `direct` and `indirect` (W/m^2) of a patch arrives everywhere.
+pub(super) fn deposit(mesh: &Mesh, state: &mut State, patch: PatchId, direct: Rgb, indirect: Rgb, row: &Row) {
     add_row(state, direct, indirect, row);
-    state.shot_w[p] += (direct + indirect) * mesh.patches[p].area_m2;
+    state.shot_w[patch.0 as usize] += (direct + indirect) * mesh.patches[patch.0 as usize].area_m2;
     state.n_shots += 1;
 }
 

@@ -11,9 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use super::SplitIrradiance;
 use super::form_factors::StrayShares;
 use super::stochastic::StochasticState;
-use super::{EnergyAccount, RowSumError, SplitIrradiance};
+use super::{EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, ShooterRecord};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::units::Rgb;
@@ -34,6 +35,21 @@ pub(super) struct Known {
     pub row_sum: f64,
 }
 
+impl Known {
+    pub(super) fn record(&self, patch: u32) -> ShooterRecord {
+        let StrayShares { lost, back } = self.stray;
+        ShooterRecord { patch, area_m2: self.area_m2, lost, back, row_sum: self.row_sum }
+    }
+
+    pub(super) fn of(record: &ShooterRecord) -> Known {
+        Known {
+            stray: StrayShares { lost: record.lost, back: record.back },
+            area_m2: record.area_m2,
+            row_sum: record.row_sum,
+        }
+    }
+}
+
 /// Which rows are kept in memory.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct KeptRows {
@@ -49,6 +65,9 @@ pub(super) struct KeptRows {
 pub(super) struct State {
     /// Exitance of every patch that was not shot yet (W/m^2).
     pub unshot_exitance: Vec<Rgb>,
+    /// Radiosity by reflection that a patch has to shoot beside what its elements have not shot yet (W/m^2): what is left
+    /// over from a change of reflectance to zero.
+    pub unshot_reflected: Vec<Rgb>,
     pub elements: Vec<ElementState>,
     pub vertices: Vec<SplitIrradiance>,
     /// Unshot power of every patch (W).
@@ -62,6 +81,11 @@ pub(super) struct State {
     /// The record of every shooter, by patch; parts of emitting surfaces count on from the last patch.
     pub known: BTreeMap<u32, Known>,
     pub kept: KeptRows,
+    /// Measured when the rows are given up.
+    pub reciprocity: Option<ReciprocityError>,
+    /// The solves that this one goes on from, and the error that they had.
+    pub earlier: Option<EarlierWork>,
+    pub earlier_error: Option<ErrorEstimate>,
     /// Parts of emitting surfaces that have shot.
     pub n_emitters: u32,
     /// Once kernel shots are over.
@@ -75,6 +99,7 @@ impl State {
         let emitted_w = mesh.patches.iter().zip(&exitance).map(|(p, m)| *m * p.area_m2).sum();
         State {
             unshot_exitance: exitance,
+            unshot_reflected: vec![Rgb::BLACK; mesh.patches.len()],
             elements: vec![ElementState::default(); mesh.elements.len()],
             vertices: vec![SplitIrradiance::default(); mesh.vertices.len()],
             unshot_w: vec![Rgb::BLACK; mesh.patches.len()],
@@ -84,9 +109,30 @@ impl State {
             n_rays: 0,
             known: BTreeMap::new(),
             kept: KeptRows::default(),
+            reciprocity: None,
+            earlier: None,
+            earlier_error: None,
             n_emitters: 0,
             stochastic: None,
         }
+    }
+
+    /// True when the lists are as long as those of the mesh.
+    pub(super) fn fits(&self, mesh: &Mesh) -> bool {
+        let of_patches =
+            [&self.unshot_exitance, &self.unshot_reflected, &self.unshot_w, &self.shot_w].map(Vec::len);
+        of_patches == [mesh.patches.len(); 4]
+            && self.elements.len() == mesh.elements.len()
+            && self.vertices.len() == mesh.vertices.len()
+            && self.kept.patches.iter().all(|p| (*p as usize) < mesh.patches.len())
+    }
+
+    /// Size of the lists (bytes) while patches shoot.
+    pub(super) fn n_bytes(mesh: &Mesh) -> u64 {
+        let of = |n: usize, bytes: usize| (n * bytes) as u64;
+        of(mesh.patches.len(), 4 * size_of::<Rgb>())
+            + of(mesh.elements.len(), size_of::<ElementState>())
+            + of(mesh.vertices.len(), size_of::<SplitIrradiance>())
     }
 
     /// Unshot power of all patches and channels (W), whatever its sign.

@@ -56,6 +56,26 @@ impl SceneError {
         }
     }
 
+    /// As [`SceneError::at`], for a file that may be too large to carry along: only the line of the fault is kept.
+    pub(crate) fn at_line(
+        path: &Path,
+        text: &str,
+        span: Range<usize>,
+        message: impl Into<String>,
+    ) -> SceneError {
+        let span = clamp_to_chars(text, span);
+        let (line, column) = line_column(text, span.start);
+        let start = text[..span.start].rfind('\n').map_or(0, |i| i + 1);
+        let end = text[span.start..].find('\n').map_or(text.len(), |i| span.start + i);
+        // Empty lines before it keep its number right where the line is shown.
+        let above = "\n".repeat(line - 1);
+        let shown = above.clone() + &text[start..end].chars().take(MAX_MESSAGE_CHARS).collect::<String>();
+        let moved = |i: usize| above.len() + i.saturating_sub(start);
+        let span = clamp_to_chars(&shown, moved(span.start)..moved(span.end));
+        let place = Place { line, column, span, text: shown };
+        SceneError { place: Some(Box::new(place)), ..SceneError::of_file(path, one_line(&message.into())) }
+    }
+
     /// The same fault with advice.
     pub(crate) fn with_help(mut self, help: impl Into<String>) -> SceneError {
         self.help = Some(help.into());

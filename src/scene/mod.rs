@@ -2,21 +2,28 @@
 //!
 //! ```text
 //! scene.toml --toml/--> raw tables with spans --checks--> Scene      (error.rs: file:line:column, value, expected)
+//! model.obj, .gltf, .glb --import/--> polygons, materials, lights --faces/--> surfaces of many faces
 //! ```
 //! Lengths in metres, exitance in W/m^2 per channel and emitting side, angles in degrees where the name says so.
 //! Format: version 1, described in scenes/README.md.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::units::Rgb;
 
 mod error;
+pub(crate) mod faces;
+mod import;
 mod shape;
 mod toml;
 
 pub use error::{Place, SceneError};
+pub use faces::{FaceCounts, FaceSet, MAX_FACES};
+pub use import::MAX_MODEL_BYTES;
 
 /// Index of a surface in [`Scene::surfaces`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -91,7 +98,7 @@ pub struct Surface {
 }
 
 /// Geometry of a surface (m).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Planar convex quadrilateral; front normal (v1 - v0) x (v2 - v0).
     Quad([DVec3; 4]),
@@ -126,10 +133,12 @@ pub enum Shape {
         /// The front is the inside.
         inward: bool,
     },
+    /// Many planar faces: a mesh from other software.
+    Faces(Arc<FaceSet>),
 }
 
 /// A light without area.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Light {
     /// Equal in all directions.
     Point {
@@ -188,12 +197,20 @@ impl Default for Meshing {
 }
 
 impl Scene {
-    /// Reads and checks a scene file.
+    /// Reads and checks a scene file, or a model file (`.obj`, `.gltf`, `.glb`) as a scene of its own.
     ///
     /// # Errors
     /// Every fault of the file, with its place (file:line:column), the value, and what was expected.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        if Scene::is_model_file(path) {
+            return import::load_standalone(path);
+        }
         toml::load(path)
+    }
+
+    /// Whether a file's name is that of a model file, which [`Scene::load`] reads as a scene of its own.
+    pub fn is_model_file(path: &Path) -> bool {
+        import::is_model(path)
     }
 
     /// Checks the text of a scene file that would stand at `path`.

@@ -7,13 +7,14 @@ use super::Shape;
 impl Shape {
     /// Area of one side (m^2).
     pub fn area_m2(&self) -> f64 {
-        match *self {
+        match self {
             // Planar: half the cross product of the diagonals.
             Shape::Quad(v) => 0.5 * (v[2] - v[0]).cross(v[3] - v[1]).length(),
             Shape::Triangle(v) => 0.5 * (v[1] - v[0]).cross(v[2] - v[0]).length(),
             Shape::Disk { radius, .. } => PI * radius * radius,
             Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
-            Shape::Cylinder { base, top, radius, .. } => 2.0 * PI * radius * (top - base).length(),
+            Shape::Cylinder { base, top, radius, .. } => 2.0 * PI * radius * (*top - *base).length(),
+            Shape::Faces(faces) => faces.area_m2(),
         }
     }
 }

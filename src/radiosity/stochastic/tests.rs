@@ -171,7 +171,8 @@ fn solve_resumed_after_every_step_is_the_uninterrupted_one() {
             n_steps += 1;
         }
         assert!(n_steps > 20, "{n_steps}");
-        assert_eq!(Solver::new(&scene, &mesh, &options, offset_m).finish(state), whole);
+        let solver = Solver::new(&scene, &mesh, &options, offset_m);
+        assert_eq!(solver.finish(state, &mut caster).expect("software"), whole);
     }
 }
 

@@ -9,7 +9,6 @@ pub(super) fn resolve(
     source: &Source<'_>,
     raw: Option<Table<RawMeshing>>,
     surfaces: &[Surface],
-    warnings: &mut Vec<String>,
 ) -> Result<Meshing, SceneError> {
     let mut meshing = Meshing::default();
     let Some(Table(raw)) = raw else { return Ok(meshing) };
@@ -32,23 +31,19 @@ pub(super) fn resolve(
         }
         (None, None) => {}
     }
-    if let Some(adaptive) = &raw.adaptive {
-        meshing.adaptive = *adaptive.get_ref();
-        if meshing.adaptive {
-            warnings.push(source.warning(adaptive.span(), "adaptive = true: meshing is uniform for now"));
-        }
-    }
+    meshing.adaptive = raw.adaptive.as_ref().is_some_and(|adaptive| *adaptive.get_ref());
     Ok(meshing)
 }
 
 /// How many elements with edges up to `h` a surface takes, both sides counted.
 fn n_elements(surface: &Surface, h: f64) -> f64 {
     let along = |length: f64| (length / h).ceil().max(1.0);
-    let one_side = match surface.shape {
+    let one_side = match &surface.shape {
         Shape::Quad(v) => {
             let edge = |i: usize| (v[(i + 1) % 4] - v[i]).length();
             along(edge(0).max(edge(2))) * along(edge(1).max(edge(3)))
         }
+        Shape::Faces(set) => (surface.shape.area_m2() / (h * h)).max(1.0) + set.n_faces() as f64,
         _ => along(surface.shape.area_m2().sqrt()).powi(2),
     };
     if surface.two_sided { 2.0 * one_side } else { one_side }
@@ -86,9 +81,9 @@ mod tests {
     }
 
     #[test]
-    fn adaptive_meshing_is_accepted_with_a_warning_that_names_its_place() {
-        let (meshing, warnings) = meshing("[meshing]\nmax_element_m = 0.5\nadaptive = true").unwrap();
-        assert!(meshing.adaptive);
-        assert!(warnings.len() == 1 && warnings[0].starts_with("scene.toml:10:12: "), "{warnings:?}");
+    fn adaptive_meshing_is_asked_for_by_its_key_alone() {
+        let (adaptive, warnings) = meshing("[meshing]\nmax_element_m = 0.5\nadaptive = true").unwrap();
+        assert!(adaptive.adaptive && warnings.is_empty(), "{warnings:?}");
+        assert!(!meshing("[meshing]\nmax_element_m = 0.5").unwrap().0.adaptive);
     }
 }

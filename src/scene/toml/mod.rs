@@ -4,7 +4,7 @@
 //! file --source.rs--> text --toml--> tables with spans --raw.rs, value.rs--> RawScene (every single value in range)
 //!      --camera, materials, surfaces (geometry), lights, meshing: what several values say together--> Scene
 //! ```
-//! The first fault ends the loading. Format: version 1, scenes/README.md. Not modelled: `[[mesh]]` (refused).
+//! The first fault ends the loading. Format: version 1, scenes/README.md.
 
 use std::path::Path;
 
@@ -33,14 +33,26 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
 pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let source = Source { path, text };
     let raw = read_tables(&source)?;
-    meshes::refuse(&source, &raw.mesh)?;
 
     let mut warnings = Vec::new();
-    let camera = raw.camera.map(|c| camera::resolve(&source, c)).transpose()?;
-    let materials = materials::resolve(&source, raw.materials, &mut warnings)?;
-    let surfaces = surfaces::resolve(&source, raw.surface, &materials)?;
-    let lights = raw.light.into_iter().map(|l| lights::resolve(&source, l)).collect::<Result<Vec<_>, _>>()?;
-    let meshing = meshing::resolve(&source, raw.meshing, &surfaces, &mut warnings)?;
+    let mut camera = raw.camera.map(|c| camera::resolve(&source, c)).transpose()?;
+    let mut materials = materials::resolve(&source, raw.materials, &mut warnings)?;
+    let mut surfaces = surfaces::resolve(&source, raw.surface, &materials)?;
+    let mut lights =
+        raw.light.into_iter().map(|l| lights::resolve(&source, l)).collect::<Result<Vec<_>, _>>()?;
+    let mut parts = meshes::Parts {
+        camera: &mut camera,
+        materials: &mut materials,
+        surfaces: &mut surfaces,
+        lights: &mut lights,
+        warnings: &mut warnings,
+    };
+    meshes::add(&source, &raw.mesh, &mut parts)?;
+    if surfaces.is_empty() {
+        let message = "a scene without surfaces, expected at least one `[[surface]]` or `[[mesh]]`";
+        return Err(source.fault(0..0, message));
+    }
+    let meshing = meshing::resolve(&source, raw.meshing, &surfaces)?;
     if lights.is_empty() && surfaces.iter().all(|s| s.exitance.is_black()) {
         warnings.push(format!("{}: nothing emits light: the picture will be black", path.display()));
     }

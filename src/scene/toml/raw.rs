@@ -105,25 +105,20 @@ pub(super) struct RawCylinder {
     pub(super) inward: bool,
 }
 
-/// `[[mesh]]`: all keys of version 1, so that a misspelt one is found although meshes are refused.
+/// `[[mesh]]`
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMesh {
     pub(super) file: Spanned<String>,
-    #[serde(rename = "unit")]
-    pub(super) _unit: Option<RawUnit>,
-    #[serde(rename = "material")]
-    pub(super) _material: Option<String>,
-    #[serde(rename = "translate")]
-    pub(super) _translate: Option<Vector>,
-    #[serde(rename = "rotate_deg")]
-    pub(super) _rotate_deg: Option<Vector>,
-    #[serde(rename = "scale")]
-    pub(super) _scale: Option<Num<Length>>,
+    pub(super) unit: Option<RawUnit>,
+    pub(super) material: Option<Spanned<String>>,
+    pub(super) translate: Option<Vector>,
+    pub(super) rotate_deg: Option<Vector>,
+    pub(super) scale: Option<Num<Length>>,
 }
 
 /// Unit of length of a mesh file.
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum RawUnit {
     M,

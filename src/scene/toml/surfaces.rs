@@ -17,9 +17,6 @@ pub(super) fn resolve(
     raw: Vec<Spanned<Table<RawSurface>>>,
     materials: &Materials,
 ) -> Result<Vec<Surface>, SceneError> {
-    if raw.is_empty() {
-        return Err(source.fault(0..0, "a scene without surfaces, expected at least one `[[surface]]`"));
-    }
     let mut first_use = HashMap::with_capacity(raw.len());
     let mut surfaces = Vec::with_capacity(raw.len());
     for raw in raw {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use crate::geom::DVec3;
 
 /// Gives points within a tolerance of each other one id and one position.
-pub(super) struct Welder {
+pub(crate) struct Welder {
     tolerance_m: f64,
     cell_m: f64,
     points: Vec<DVec3>,
@@ -22,14 +22,14 @@ pub(super) struct Welder {
 const NONE: u32 = u32::MAX;
 
 impl Welder {
-    pub(super) fn new(tolerance_m: f64) -> Welder {
+    pub(crate) fn new(tolerance_m: f64) -> Welder {
         // Cells much larger than the tolerance: nearly every look-up needs one cell only.
         let cell_m = 64.0 * tolerance_m;
         Welder { tolerance_m, cell_m, points: Vec::new(), next: Vec::new(), first: HashMap::new() }
     }
 
     /// The id of the point and the position that all points of that id share.
-    pub(super) fn weld(&mut self, point: DVec3) -> (u32, DVec3) {
+    pub(crate) fn weld(&mut self, point: DVec3) -> (u32, DVec3) {
         let low = self.cell(point - DVec3::splat(self.tolerance_m));
         let high = self.cell(point + DVec3::splat(self.tolerance_m));
         for x in low[0]..=high[0] {
@@ -65,16 +65,16 @@ impl Welder {
 }
 
 /// Disjoint sets over `0..n`, the smallest member is the root.
-pub(super) struct DisjointSets {
+pub(crate) struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    pub(super) fn new(n: usize) -> DisjointSets {
+    pub(crate) fn new(n: usize) -> DisjointSets {
         DisjointSets { parent: (0..n as u32).collect() }
     }
 
-    pub(super) fn find(&mut self, mut i: u32) -> u32 {
+    pub(crate) fn find(&mut self, mut i: u32) -> u32 {
         while self.parent[i as usize] != i {
             let up = self.parent[self.parent[i as usize] as usize];
             self.parent[i as usize] = up;
@@ -83,7 +83,7 @@ impl DisjointSets {
         i
     }
 
-    pub(super) fn union(&mut self, a: u32, b: u32) {
+    pub(crate) fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
