@@ -4,6 +4,7 @@
 //! render_frame:   Scene::load -> Mesh::build -> caster -> radiosity::solve -> render::render -> Frame (film)
 //! solve_scene:    Scene::load -> Mesh::build -> caster -> radiosity::solve -> Solved
 //! probe_scene:    ... -> radiosity::solve -> radiosity::probe -> Probed
+//! probe_grid:     ... -> Grid -> radiosity::solve -> radiosity::probe_many -> GridProbed
 //! simulate_scene: ... -> the rays of a workload through the board -> Simulated
 //! verify_scene:   both passes, recorded -> those rays through board, oracle and software -> Verified
 //! inspect_scene:  Scene::load -> Mesh::build -> one look through the camera -> Inspected
@@ -11,18 +12,16 @@
 //! Every ray goes through the one port, [`crate::raycast::RayCaster`]. Options and outcomes are typed; nothing here
 //! prints or writes a file. Results do not depend on wall time; [`Timings`] only tell it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rtl_model::sim::FifoStatistics;
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::BoardStatistics;
-use serde::{Deserialize, Serialize};
 
 use crate::geom::{DVec3, Ray};
 use crate::mesh::Mesh;
-use crate::radiosity::{
-    self, EnergyAccount, ProbePoint, RowSumError, Solution, SolveOptions, SolveProgress, SplitIrradiance,
-};
+use crate::radiosity::refine::RefineReport;
+use crate::radiosity::{self, ProbePoint, Solution, SolveOptions, SolveProgress};
 use crate::raycast::board::{BoardCaster, CommandSink, WarmUp};
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
@@ -35,31 +34,27 @@ use crate::units::{Irradiance, Rgb};
 
 mod caster;
 mod error;
+mod grid;
+mod pass_one;
 mod recorded;
 mod verify;
 mod warnings;
 
 pub use caster::{Caster, CasterChoice, RoutedCaster};
 pub use error::FrameError;
+pub use grid::{GridFault, GridOptions, GridPointsHidden, GridProbed, probe_grid};
+pub use pass_one::{PassOne, SolvePlan};
+use pass_one::{Passed, pass_1, pass_1_refined};
 pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
 pub use verify::{Verified, verify_scene};
 
-/// How pass 1 comes about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PassOne {
-    /// It is computed.
-    Solve(SolveOptions),
-    /// It is read from a file that `solve` wrote, for the same scene and mesh.
-    Load(PathBuf),
-}
-
 /// What every product needs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrameOptions {
     /// Wanted elements, instead of the scene file's `[meshing]`.
     pub elements: Option<u32>,
+    /// Refine the mesh, or not, instead of the scene file's `[meshing]`.
+    pub adaptive: Option<bool>,
     /// Who answers the rays.
     pub caster: CasterChoice,
     /// Pass 1.
@@ -73,6 +68,8 @@ pub enum Progress {
     Solve(SolveProgress),
     /// Pass 2, or whatever else has a known end: the share that is done.
     Render(f64),
+    /// Points of a grid: the share that is done.
+    Probe(f64),
 }
 
 /// What the board counted, by purpose of the rays.
@@ -89,6 +86,10 @@ pub struct Frame {
     pub solution: Solution,
     /// The options that pass 1 was run with, here or when its file was written.
     pub solve_options: SolveOptions,
+    /// What was refined, where the mesh was in this run.
+    pub refinement: Option<RefineReport>,
+    /// Ambient irradiance that was added to the stored light for the picture (W/m^2).
+    pub ambient: Option<Rgb>,
     /// Pass 2: the film.
     pub rendering: Rendering,
     /// Name of the caster.
@@ -114,6 +115,8 @@ pub struct Solved {
     pub solution: Solution,
     /// The options that it was solved with.
     pub solve_options: SolveOptions,
+    /// What was refined, where the mesh was.
+    pub refinement: Option<RefineReport>,
     /// Name of the caster.
     pub caster: &'static str,
     /// What the board counted, when it was the caster.
@@ -195,6 +198,8 @@ pub struct Inspected {
 pub struct BoardImage {
     /// Bytes in all: cell headers, cell lists, patch records.
     pub size_bytes: u64,
+    /// Bytes of one patch's record.
+    pub record_bytes: u64,
     /// Cells along each side of the grid.
     pub cells_per_side: u32,
 }
@@ -210,15 +215,18 @@ pub fn render_frame(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Frame, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let camera = camera_of(&scene)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, solve_options) =
-        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, options: solve_options, refinement } = passed;
+    let ambient = picture.ambient.then(|| radiosity::ambient::irradiance(&scene, &mesh, &solution));
+    let shown = ambient.map(|e| radiosity::ambient::added(&solution, e));
     let rendering = timings.measure("pass 2", || {
         let progress = &mut |share| progress(Progress::Render(share));
-        render::render(&scene, &camera, &mesh, &solution, caster.port(), picture, progress)
+        let lit = shown.as_ref().unwrap_or(&solution);
+        render::render(&scene, &camera, &mesh, lit, caster.port(), picture, progress)
     })?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
@@ -231,6 +239,8 @@ pub fn render_frame(
         mesh,
         solution,
         solve_options,
+        refinement,
+        ambient,
         rendering,
         timings,
         warnings,
@@ -247,11 +257,11 @@ pub fn solve_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Solved, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, solve_options) =
-        pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, options: solve_options, refinement } = passed;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
@@ -262,6 +272,7 @@ pub fn solve_scene(
         mesh,
         solution,
         solve_options,
+        refinement,
         timings,
         warnings,
     })
@@ -281,13 +292,14 @@ pub fn probe_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Probed, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, options.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let mut starts: Vec<DVec3> = points.iter().map(|p| p.at).collect();
     let reach_m = if interpolated { reach_m(&options.caster, &scene, &mesh, &starts) } else { 0.0 };
     starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let (solution, _) = pass_1(&scene, &mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let Passed { mesh, solution, .. } = passed;
     let irradiance = timings.measure("probe", || {
         if interpolated {
             return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
@@ -330,7 +342,7 @@ pub fn simulate_scene(
 ) -> Result<Simulated, FrameError> {
     let SimulateOptions { elements, board, workload, warm_up_cycles, solve, picture } = options;
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, *elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, *elements, Some(false), &mut timings)?;
     let mut emulated = timings.measure("board", || {
         BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &workload.origins()))
     })?;
@@ -447,7 +459,7 @@ fn cast_workload(
 /// # Errors
 /// A fault of the scene. A scene that the board cannot take is none.
 pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> Result<Inspected, FrameError> {
-    let (mut scene, mesh) = load_and_mesh(path, elements, &mut Timings::default())?;
+    let (mut scene, mesh) = load_and_mesh(path, elements, None, &mut Timings::default())?;
     let mut software = make_caster(&CasterChoice::Software, &scene, &mesh, &[])?;
     warn_of_lights(&mut scene, &mesh, &mut software);
     let mut warnings = scene.warnings.clone();
@@ -461,7 +473,11 @@ pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> R
     let board_image = BoardCaster::new(board, &mesh.cast_patches(), &start_points(&scene, &[]));
     let board_image = board_image.map(|caster| {
         let image = caster.board().image();
-        BoardImage { size_bytes: image.size_bytes() as u64, cells_per_side: 1 << image.grid.log2_cells }
+        BoardImage {
+            size_bytes: image.size_bytes() as u64,
+            record_bytes: u64::from(rtl_model::memory::LINE_BYTES),
+            cells_per_side: 1 << image.grid.log2_cells,
+        }
     });
     Ok(Inspected { scene, mesh, board_image, warnings })
 }
@@ -469,9 +485,13 @@ pub fn inspect_scene(path: &Path, elements: Option<u32>, board: &BoardSpec) -> R
 fn load_and_mesh(
     path: &Path,
     elements: Option<u32>,
+    adaptive: Option<bool>,
     timings: &mut Timings,
 ) -> Result<(Scene, Mesh), FrameError> {
     let mut scene = timings.measure("load", || Scene::load(path))?;
+    if let Some(adaptive) = adaptive {
+        scene.meshing.adaptive = adaptive;
+    }
     if let Some(n) = elements {
         scene.meshing.target = MeshTarget::Elements(n);
     }
@@ -515,24 +535,6 @@ fn warn_of_lights(scene: &mut Scene, mesh: &Mesh, caster: &mut Caster) {
     scene.warnings.extend(warnings);
 }
 
-fn pass_1(
-    scene: &Scene,
-    mesh: &Mesh,
-    caster: &mut dyn RayCaster,
-    how: &PassOne,
-    timings: &mut Timings,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<(Solution, SolveOptions), FrameError> {
-    timings.measure("pass 1", || match how {
-        PassOne::Load(file) => Ok(radiosity::solution_file::load(file, scene, mesh)?),
-        PassOne::Solve(options) => {
-            let progress = &mut |p| progress(Progress::Solve(p));
-            let solution = radiosity::solve(scene, mesh, caster, options, progress)?;
-            Ok((solution, *options))
-        }
-    })
-}
-
 /// Pass 2 over a scene without stored light: the camera rays are exactly those of a picture.
 fn look_through(
     scene: &Scene,
@@ -542,15 +544,7 @@ fn look_through(
     picture: &RenderOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Rendering, FrameError> {
-    let dark = Solution {
-        element_irradiance: vec![SplitIrradiance::default(); mesh.elements.len()],
-        vertex_irradiance: vec![SplitIrradiance::default(); mesh.vertices.len()],
-        account: EnergyAccount::default(),
-        n_shots: 0,
-        n_shooters: 0,
-        n_rays: 0,
-        row_sum_error: RowSumError::default(),
-    };
+    let dark = Solution::dark(mesh);
     let picture = RenderOptions { reconstruct: Method::Constant, ..picture.clone() };
     Ok(render::render(scene, camera, mesh, &dark, caster, &picture, progress)?)
 }

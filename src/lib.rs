@@ -12,6 +12,10 @@ pub mod geom;
 
 mod sampling;
 
+mod framed_file;
+
+pub use framed_file::FramedFileError;
+
 pub mod generate;
 
 pub mod scene;
@@ -23,6 +27,8 @@ pub mod raycast;
 pub mod recorded;
 
 pub mod radiosity;
+
+pub mod photometry;
 
 pub mod direct;
 

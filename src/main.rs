@@ -1,6 +1,7 @@
 //! `radeng`: parse, run, print, exit status.
 //!
-//! Status 0: fine; 1: a check failed (`verify`, `simulate` of vectors, `compare --threshold`); 2: a bad input, named on stderr.
+//! Status 0: fine; 1: a check failed (`verify`, `simulate` of vectors, `compare --threshold`); 2: a bad input, named on stderr;
+//! 130: stopped by Ctrl-C, with a checkpoint.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -20,8 +21,9 @@ fn main() -> ExitCode {
             if outcome.check_failed { ExitCode::from(1) } else { ExitCode::SUCCESS }
         }
         Err(error) => {
+            let status = error.status();
             eprintln!("{}", error.terminal_text());
-            ExitCode::from(2)
+            ExitCode::from(status)
         }
     }
 }

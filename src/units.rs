@@ -1,15 +1,15 @@
 //! Quantities of light: linear RGB (Rec. 709 primaries, D65) with the physical quantity in the type.
 //!
 //! `Irradiance` E arrives, `Radiosity` B = M + rho E leaves (both W/m^2 per channel), `Radiance` L = B / pi is
-//! what a camera sees of a diffuse surface (W/m^2/sr). Nothing converts silently between them.
+//! what a camera sees of a diffuse surface (W/m^2/sr). Nothing converts silently between them; [`crate::photometry`]
+//! makes lumens, lux and candelas of them.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use serde::{Deserialize, Serialize};
 
-/// Luminous efficacy that relates photometric to radiometric quantities, both ways (lm/W).
-pub const LUMENS_PER_WATT: f64 = 179.0;
+pub use crate::photometry::LUMENS_PER_WATT;
 
 /// Three linear channels of any quantity: red, green, blue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -125,13 +125,6 @@ pub struct Radiosity(pub Rgb);
 /// Power per area and solid angle (W/m^2/sr per channel).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Radiance(pub Rgb);
-
-impl Irradiance {
-    /// Illuminance in lux.
-    pub fn illuminance_lx(self) -> f64 {
-        LUMENS_PER_WATT * self.0.luminance()
-    }
-}
 
 impl Radiosity {
     /// B = M + rho E of a diffuse surface.

@@ -190,7 +190,8 @@ fn bundles(seed: u64, n: usize) -> Vec<RayBundle> {
                     jitter: [0.25, 0.75],
                 },
                 2 => {
-                    RayBundle::Hemisphere { apex, normal: random.vector().normalize(), spin: 0.7, n: 8, m: 8 }
+                    let normal = random.vector().normalize();
+                    RayBundle::Hemisphere { apex, normal, spin: 0.7, n: 8, m: 8, jitter: [0.3, 0.9] }
                 }
                 _ => RayBundle::Targets { apex, points: (0..9).map(|_| random.vector()).collect() },
             }
@@ -280,8 +281,8 @@ impl Backend {
                 RayBundle::Tile { corner, step_u, step_v, n, m, .. } => {
                     RayBundle::Tile { apex: DVec3::splat(0.1), corner, step_u, step_v, n, m }
                 }
-                RayBundle::Hemisphere { normal, spin, n, m, .. } => {
-                    RayBundle::Hemisphere { apex: DVec3::splat(0.1), normal, spin, n, m }
+                RayBundle::Hemisphere { normal, spin, n, m, jitter, .. } => {
+                    RayBundle::Hemisphere { apex: DVec3::splat(0.1), normal, spin, n, m, jitter }
                 }
                 other => other,
             })
@@ -397,8 +398,14 @@ impl Backend {
         }
         let targets = |n: usize| RayBundle::Targets { apex: DVec3::ZERO, points: vec![DVec3::X; n] };
         let apex = RayBundle::Targets { apex: DVec3::X, points: vec![DVec3::Y, DVec3::X] };
-        let huge =
-            RayBundle::Hemisphere { apex: DVec3::ZERO, normal: DVec3::Z, spin: 0.0, n: 1 << 16, m: 1 << 16 };
+        let huge = RayBundle::Hemisphere {
+            apex: DVec3::ZERO,
+            normal: DVec3::Z,
+            spin: 0.0,
+            n: 1 << 16,
+            m: 1 << 16,
+            jitter: [0.5; 2],
+        };
         for (bundle, index) in [(targets(65), 64), (targets(0), 64), (apex, 65), (huge, 64)] {
             let error = caster.closest_hits(Purpose::Primary, Query::Bundles(&[targets(64), bundle]));
             match error {

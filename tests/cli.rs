@@ -238,62 +238,11 @@ fn solution_of_solve_renders_as_the_scene_itself_and_no_other() {
     place.refused(&["render", &furnace, "-o", "x.exr", "--solution", "none.radsol"], "none.radsol");
 }
 
-#[test]
-fn probe_prints_a_table_or_the_json_list() {
-    let place = Place::new();
-    let furnace = scene("furnace");
-    let at = ["--at", "0.5,0.5,0", "--normal", "0,0,2", "--at", "0,0.4,0.6", "--normal", "1,0,0"];
-    for extra in [&[][..], &["--interpolated"][..]] {
-        let mut args = vec!["probe", furnace.as_str(), "--elements", "96", "--json", "--report", "p.json"];
-        args.extend(at);
-        args.extend(extra);
-        let list: Value = serde_json::from_str(&place.exits(0, &args).stdout).unwrap();
-        let list = list.as_array().unwrap();
-        assert_eq!(list.len(), 2);
-        for point in list {
-            let e = point["irradiance_w_m2"][1].as_f64().unwrap();
-            assert!((e - 1.0).abs() < 0.02, "{extra:?}: {point}");
-            assert!((point["illuminance_lx"].as_f64().unwrap() - 179.0 * e).abs() < 1e-6 * 179.0);
-        }
-        assert_eq!(place.json("p.json")["schema"], "radeng/probe/1");
-    }
-    let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
-    args.extend(at);
-    let table = place.exits(0, &args).stdout;
-    assert_eq!(table.lines().count(), 3, "{table}");
-    let off = ["--at", "0.5,0.5,0.5", "--normal", "0,0,1", "--interpolated"];
-    let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
-    args.extend(off);
-    place.refused(&args, "no surface within");
-    let turned = ["--at", "0.5,0.5,0", "--normal", "0,0,-1", "--interpolated"];
-    let mut args = vec!["probe", furnace.as_str(), "--elements", "96"];
-    args.extend(turned);
-    place.refused(&args, "the point 0.5, 0.5, 0 with normal 0, 0, -1 lies on the back of surface 'floor'");
-    let help = place.exits(0, &["probe", "--help"]).stdout;
-    assert!(help.replace('\n', " ").contains("runs pass 1 first unless --solution is given"), "{help}");
-}
-
 /// A floor, a camera over it, and a lamp.
 const FLOOR: &str = "version = 1\n[camera]\neye = [0.5, 0.5, 3]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\n\
                      fov_y_deg = 15\n[materials.a]\nreflectance = 0.5\n[[surface]]\nname = \"floor\"\n\
                      material = \"a\"\nquad = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\n[[light]]\nkind = \"point\"\n\
                      intensity = 1.0\n";
-
-#[test]
-fn probe_of_stored_light_on_the_scene_border_works_on_the_board() {
-    let place = Place::new();
-    // The lamp lies on the floor's level: nothing but the lifted points makes the board's cube reach above it.
-    let scene = FLOOR.replace("eye = [0.5, 0.5, 3]", "eye = [0.5, 0.5, -2]") + "position = [0.5, 0.5, -1]\n";
-    std::fs::write(place.path("floor.toml"), scene).unwrap();
-    let at = ["--at", "0.5,0.5,0", "--normal", "0,0,1", "--interpolated", "--json"];
-    for caster in [&["--caster", "software"][..], &["--caster", "board", "--board", "minimal"][..]] {
-        let mut args = vec!["probe", "floor.toml", "--elements", "16"];
-        args.extend(at);
-        args.extend(caster);
-        let list: Value = serde_json::from_str(&place.exits(0, &args).stdout).unwrap();
-        assert_eq!(list[0]["irradiance_w_m2"][0].as_f64(), Some(0.0), "{caster:?}");
-    }
-}
 
 #[test]
 fn light_on_a_surface_and_a_coarse_wish_warn_on_stderr() {

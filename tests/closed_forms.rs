@@ -14,6 +14,7 @@ fn scene(name: &str) -> PathBuf {
 
 fn options() -> FrameOptions {
     FrameOptions {
+        adaptive: None,
         elements: None,
         caster: CasterChoice::Software,
         pass_1: PassOne::Solve(SolveOptions::default()),

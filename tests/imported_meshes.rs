@@ -19,6 +19,7 @@ use models::{Hostile, Room, hostile};
 
 fn solve(path: &Path, elements: u32) -> Solved {
     let options = FrameOptions {
+        adaptive: None,
         elements: Some(elements),
         caster: CasterChoice::Software,
         pass_1: PassOne::Solve(SolveOptions { unshot_share: 1e-6, ..SolveOptions::default() }),

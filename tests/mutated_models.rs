@@ -142,6 +142,7 @@ fn spans(bytes: &[u8], inside: impl Fn(u8) -> bool) -> Vec<std::ops::Range<usize
 /// Renders a tiny picture; the length of the error when there is one.
 fn render(path: &Path) -> Option<String> {
     let options = FrameOptions {
+        adaptive: None,
         elements: Some(60),
         caster: CasterChoice::Software,
         pass_1: PassOne::Solve(SolveOptions { max_shots: 30, ..SolveOptions::default() }),

@@ -23,7 +23,7 @@ fn picture() -> RenderOptions {
 /// A small picture of a coarse mesh, both passes.
 fn small_frame(name: &str, caster: CasterChoice) -> Frame {
     let solve = SolveOptions { unshot_share: 0.1, ..SolveOptions::default() };
-    let options = FrameOptions { elements: Some(60), caster, pass_1: PassOne::Solve(solve) };
+    let options = FrameOptions { elements: Some(60), adaptive: None, caster, pass_1: PassOne::Solve(solve) };
     render_frame(&scene(name), &options, &picture(), &mut |_| {}).unwrap()
 }
 

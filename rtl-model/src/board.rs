@@ -19,6 +19,7 @@ use crate::datapath::{HitWords, RayError, RayWords};
 use crate::functional::{CENTRE_RAYS_TOGETHER, CanonicalCounters, centre_rays};
 use crate::memory::{Dram, DramIo, DramPort, LINE_BYTES, Traffic};
 use crate::memory_image::MemoryImage;
+use crate::occupancy::UnitOccupancy;
 use crate::packet::{self, MAX_BUNDLE_RAYS};
 use crate::record::{RecordError, RecordedCommand, Recorder, Replay, hash_work};
 use crate::sim::{
@@ -106,6 +107,8 @@ pub struct Board {
     interrupt_cycles: u64,
     commands: u64,
     counters: CanonicalCounters,
+    /// How full bundles were, and units of rays without one.
+    occupancy: [UnitOccupancy; 2],
     dispatcher: Dispatcher,
     fetches: Fifo<FetchRequest>,
     host_link: HostLink,
@@ -219,6 +222,7 @@ impl Board {
             interrupt_cycles: 0,
             commands: 0,
             counters: CanonicalCounters::default(),
+            occupancy: Default::default(),
         };
         let mut number = 0;
         board.links(&mut |_, link| {
@@ -401,6 +405,8 @@ impl Board {
             return Ok(command);
         }
         self.counters.bundles += n_bundles;
+        let occupancy = &mut self.occupancy[usize::from(n_bundles == 0)];
+        command.jobs.iter().for_each(|job| occupancy.add(job.n_rays as usize));
         self.host_link.start(self.entry_bytes(any_hit));
         let mark = |mark: CommandMark| (EventKind::Command, 0, mark as u32);
         let mut tell = |now, (kind, place, payload)| observer.event(now, kind, place, payload);
@@ -651,6 +657,8 @@ impl Board {
             cycles: self.now + self.interrupt_cycles,
             commands: self.commands,
             canonical: self.counters,
+            bundles: self.occupancy[0],
+            explicit: self.occupancy[1],
             bus_down_bytes,
             bus_up_bytes,
             bus_down_cycles,

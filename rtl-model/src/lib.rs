@@ -30,6 +30,8 @@ pub mod memory;
 
 pub mod board;
 
+pub mod occupancy;
+
 pub mod statistics;
 
 pub mod observe;

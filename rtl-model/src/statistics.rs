@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::functional::CanonicalCounters;
+use crate::occupancy::UnitOccupancy;
 use crate::sim::{BlockAccount, Cause};
 
 /// Everything counted since the board was made, or between two moments.
@@ -14,6 +15,10 @@ pub struct BoardStatistics {
     pub commands: u64,
     /// Work that no timing choice changes.
     pub canonical: CanonicalCounters,
+    /// How full the bundles were.
+    pub bundles: UnitOccupancy,
+    /// How full the units of up to 64 were that rays without a bundle were cut into.
+    pub explicit: UnitOccupancy,
     /// Bytes from host to board.
     pub bus_down_bytes: u64,
     /// Bytes from board to host.
@@ -68,6 +73,8 @@ impl BoardStatistics {
             cycles: f(self.cycles, other.cycles),
             commands: f(self.commands, other.commands),
             canonical: self.canonical.combine(&other.canonical, f),
+            bundles: self.bundles.combine(&other.bundles, f),
+            explicit: self.explicit.combine(&other.explicit, f),
             bus_down_bytes: f(self.bus_down_bytes, other.bus_down_bytes),
             bus_up_bytes: f(self.bus_up_bytes, other.bus_up_bytes),
             bus_down_cycles: f(self.bus_down_cycles, other.bus_down_cycles),

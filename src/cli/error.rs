@@ -6,6 +6,8 @@ use crate::experiments::ExperimentError;
 use crate::frame::FrameError;
 use crate::image::exr::ReadError;
 use crate::image::{DifferenceError, OutputError};
+use crate::radiosity::SolveError;
+use crate::radiosity::checkpoint::CheckpointError;
 use crate::radiosity::solution_file::SolutionFileError;
 use crate::trace::TraceError;
 use crate::vectors::{CheckError, VectorsError};
@@ -101,6 +103,16 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// Exit status: 130 where the user stopped a solve that is kept, else 2.
+    pub fn status(&self) -> u8 {
+        match self {
+            CliError::Frame(FrameError::Solve(SolveError::Checkpoint(CheckpointError::Stopped {
+                ..
+            }))) => 130,
+            _ => 2,
+        }
+    }
+
     /// The error as the terminal shows it: a fault in a scene's text with the line that it is in, all others in one
     /// line.
     pub fn terminal_text(self) -> String {

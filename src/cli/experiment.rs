@@ -12,10 +12,12 @@ use crate::image::{OutputError, OutputFiles};
 pub(super) const ALL: &str = "all";
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
-    let chosen: Vec<Experiment> =
-        EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name).collect();
+    // Those of the board, and one of the host that `all` leaves out.
+    let host = experiments::adaptive::EXPERIMENT;
+    let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);
+    let chosen: Vec<Experiment> = of_board.chain((args.name == host.name).then_some(host)).collect();
     if chosen.is_empty() {
-        let names: Vec<&str> = EXPERIMENTS.iter().map(|e| e.name).collect();
+        let names: Vec<&str> = EXPERIMENTS.iter().map(|e| e.name).chain([host.name]).collect();
         return Err(CliError::Usage(format!("'{}' is none of {}, {ALL}", args.name, names.join(", "))));
     }
     let folder = &args.output;

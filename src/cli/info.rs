@@ -10,7 +10,8 @@ use super::plan::DEFAULT_BOARD;
 use super::{CliError, Outcome, plan};
 use crate::frame::{self, Inspected};
 use crate::mesh::Mesh;
-use crate::radiosity::SplitIrradiance;
+use crate::radiosity::SolveOptions;
+use crate::radiosity::memory::HostMemory;
 use crate::report::si::{bytes, si, vector};
 use crate::scene::{FaceCounts, MeshTarget, Scene, Shape};
 use crate::units::Rgb;
@@ -171,18 +172,15 @@ fn scene_text(inspected: &Inspected) -> String {
         mesh.n_t_junctions
     );
     imported(&mut out, scene);
-    let solution_bytes = (mesh.vertices.len() + mesh.elements.len()) * size_of::<SplitIrradiance>();
-    let _ = writeln!(
-        out,
-        "memory     mesh {}, solution {}",
-        bytes(mesh.memory_bytes() as u64),
-        bytes(solution_bytes as u64)
-    );
+    memory_table(&mut out, mesh);
     let _ = match &inspected.board_image {
         Ok(image) => writeln!(
             out,
-            "board      patch memory {} on {DEFAULT_BOARD}, grid of {n} x {n} x {n} cells\n",
+            "board      patch memory {} on {DEFAULT_BOARD}: {:.1} B a patch, {} of them its record, the rest cells and \
+             their lists;\n           grid of {n} x {n} x {n} cells\n",
             bytes(image.size_bytes),
+            image.size_bytes as f64 / mesh.n_cast_patches.max(1) as f64,
+            bytes(image.record_bytes),
             n = image.cells_per_side
         ),
         Err(e) => writeln!(out, "board      {DEFAULT_BOARD} cannot take the scene: {e}\n"),
@@ -190,6 +188,35 @@ fn scene_text(inspected: &Inspected) -> String {
     materials_table(&mut out, scene);
     surfaces_table(&mut out, scene, mesh);
     out
+}
+
+/// Bytes by element, vertex and patch, and of all.
+fn memory_table(out: &mut String, mesh: &Mesh) {
+    let memory = HostMemory::of(mesh, &SolveOptions::default());
+    let _ = writeln!(
+        out,
+        "memory     {:<18} {:>11} {:>11} {:>11} {:>12}",
+        "host", "an element", "a vertex", "a patch", "all"
+    );
+    let parts = [
+        ("mesh", memory.mesh),
+        ("solution", memory.solution),
+        ("kernel shots, beside both", memory.solve),
+        ("bundles, beside both", memory.stochastic),
+    ];
+    for (name, part) in parts {
+        let each = [part.element_bytes, part.vertex_bytes, part.patch_bytes];
+        let [element, vertex, patch] =
+            each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
+        let all = bytes(memory.total_bytes(part));
+        let _ = writeln!(out, "           {name:<18} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
+    }
+    let _ = writeln!(
+        out,
+        "           rows of form factors: up to {} a patch that shoots, {} in all",
+        bytes(memory.row_bytes),
+        bytes(memory.max_row_bytes)
+    );
 }
 
 /// What became of the polygons of model files.

@@ -2,16 +2,26 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use rtl_model::spec::BoardSpec;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 
-use super::args::{CastArgs, CasterArg, PictureArgs, ReconstructArg, RenderArgs};
+use super::args::{
+    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, PassOneArgs, PictureArgs,
+    ReconstructArg, RenderArgs, SwitchArg,
+};
 use super::error::CliError;
-use crate::frame::{CasterChoice, FrameOptions, PassOne};
+use crate::frame::{CasterChoice, FrameOptions, PassOne, SolvePlan};
 use crate::geom::DVec3;
+use crate::image::false_colour::{FalseColour, Quantity};
 use crate::image::files::{check_not_inputs, check_targets};
 use crate::image::{OutputError, PictureFormat};
-use crate::radiosity::SolveOptions;
+use crate::radiosity::checkpoint::Keeper;
+use crate::radiosity::{FormFactorMethod, SolveOptions};
 use crate::reconstruct::Method;
 use crate::render::RenderOptions;
 use crate::report::si::vector;
@@ -19,8 +29,14 @@ use crate::report::si::vector;
 /// The board that is emulated unless another is named.
 pub const DEFAULT_BOARD: &str = "delft-1992";
 
+/// Time between two checkpoints (s).
+const CHECKPOINT_SECONDS: f64 = 30.0;
+
 /// Picture files to write, by format.
 pub type Pictures = Vec<(PathBuf, PictureFormat)>;
+
+/// False-colour pictures to write, by what they show.
+pub type FalseColourPictures = Vec<(PathBuf, Quantity)>;
 
 /// A board by preset name or file.
 ///
@@ -99,20 +115,88 @@ pub fn resolve_caster(args: &CastArgs) -> Result<CasterChoice, CliError> {
 /// # Errors
 /// As [`resolve_caster`]; an option of pass 1 where pass 1 does not run.
 pub fn resolve_frame(args: &CastArgs, solution: Option<&Path>) -> Result<FrameOptions, CliError> {
+    let caster = resolve_caster(args)?;
     let pass_1 = match solution {
-        Some(_) if args.dense_visibility => {
-            let what = "--dense-visibility has no use with --solution: it is an option of pass 1";
+        Some(_) if args.keep.checkpoint.is_some() => {
+            let what = "--checkpoint has no use with --solution: there is no pass 1 to keep";
             return Err(CliError::Usage(what.to_owned()));
         }
-        Some(path) => PassOne::Load(path.to_owned()),
-        None => PassOne::Solve(resolve_solve(args.seed, args.dense_visibility)),
+        Some(path) => match pass_1_flag(&args.pass_1) {
+            Some(flag) => {
+                let what = format!("{flag} has no use with --solution: it is an option of pass 1");
+                return Err(CliError::Usage(what));
+            }
+            None => PassOne::Load(path.to_owned()),
+        },
+        None => {
+            let options = resolve_solve(args.seed, &args.pass_1);
+            match resolve_keeper(&args.keep)? {
+                None => PassOne::Solve(options),
+                Some(keeper) => PassOne::Planned(Box::new(SolvePlan {
+                    checkpoint: Some(keeper),
+                    caster: caster.identity(),
+                    ..SolvePlan::new(options)
+                })),
+            }
+        }
     };
-    Ok(FrameOptions { elements: args.elements, caster: resolve_caster(args)?, pass_1 })
+    if args.adaptive.is_some() && solution.is_some() {
+        let what = "--adaptive has no use with --solution: its file says how the mesh is refined";
+        return Err(CliError::Usage(what.to_owned()));
+    }
+    let adaptive = args.adaptive.map(|switch| switch == SwitchArg::On);
+    Ok(FrameOptions { elements: args.elements, adaptive, caster, pass_1 })
+}
+
+/// Where the state of pass 1 is kept; Ctrl-C and SIGTERM end it after its next step, a second one at once.
+///
+/// # Errors
+/// When signals cannot be listened to.
+fn resolve_keeper(args: &CheckpointArgs) -> Result<Option<Keeper>, CliError> {
+    let Some(folder) = &args.checkpoint else { return Ok(None) };
+    let every = Duration::from_secs_f64(args.checkpoint_every.unwrap_or(CHECKPOINT_SECONDS));
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(signal, 128 + signal, stop.clone())
+            .and_then(|_| flag::register(signal, stop.clone()))
+            .map_err(|e| CliError::Usage(format!("--checkpoint: Ctrl-C cannot be listened to: {e}")))?;
+    }
+    Ok(Some(Keeper::new(folder, every, stop)))
+}
+
+/// After all output is written: removes the checkpoint; what the user should know of it.
+pub(super) fn finish_pass_1(options: &FrameOptions) -> Vec<String> {
+    match &options.pass_1 {
+        PassOne::Planned(plan) => plan.checkpoint.as_ref().map(Keeper::finish).unwrap_or_default(),
+        PassOne::Solve(_) | PassOne::Load(_) => Vec::new(),
+    }
 }
 
 /// Options of pass 1.
-pub fn resolve_solve(seed: u64, dense_visibility: bool) -> SolveOptions {
-    SolveOptions { seed, dense_visibility, ..SolveOptions::default() }
+pub fn resolve_solve(seed: u64, args: &PassOneArgs) -> SolveOptions {
+    let default = SolveOptions::default();
+    SolveOptions {
+        seed,
+        dense_visibility: args.dense_visibility,
+        form_factors: match args.form_factors {
+            Some(FormFactorsArg::Vertex) | None => FormFactorMethod::Vertex,
+            Some(FormFactorsArg::Hemisphere) => FormFactorMethod::Hemisphere,
+        },
+        max_shooters: args.max_shooters.map_or(default.max_shooters, |n| n as usize),
+        wanted_error: args.wanted_error.unwrap_or(default.wanted_error),
+        ..default
+    }
+}
+
+/// An option of pass 1 that was given, but the seed, which pass 2 uses too.
+fn pass_1_flag(args: &PassOneArgs) -> Option<&'static str> {
+    let given = [
+        (args.dense_visibility, "--dense-visibility"),
+        (args.form_factors.is_some(), "--form-factors"),
+        (args.max_shooters.is_some(), "--max-shooters"),
+        (args.wanted_error.is_some(), "--wanted-error"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
 }
 
 /// Options of pass 2.
@@ -137,13 +221,39 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructArg, seed: u6
 /// # Errors
 /// An extension that names no picture format.
 pub fn resolve_pictures(args: &RenderArgs) -> Result<Pictures, CliError> {
-    let outputs = if args.output.is_empty() {
+    let outputs = if args.output.is_empty() && !args.false_colour.is_empty() {
+        Vec::new()
+    } else if args.output.is_empty() {
         let name = scene_name(&args.scene);
         vec![PathBuf::from(format!("{name}.png")), PathBuf::from(format!("{name}.exr"))]
     } else {
         args.output.clone()
     };
     outputs.into_iter().map(|path| Ok((path.clone(), PictureFormat::of(&path)?))).collect()
+}
+
+/// The false-colour pictures that `render` writes.
+///
+/// # Errors
+/// Ends that make no scale, or would have two units.
+pub fn resolve_false_colour(args: &RenderArgs) -> Result<(FalseColour, FalseColourPictures), CliError> {
+    let look = args.scale.resolve().map_err(CliError::Usage)?;
+    let path = |arg: &FalseColourArg| match &arg.path {
+        Some(path) => path.clone(),
+        None => PathBuf::from(format!("{}-{}.png", scene_name(&args.scene), arg.quantity.name())),
+    };
+    let pictures: FalseColourPictures =
+        args.false_colour.iter().map(|arg| (path(arg), arg.quantity)).collect();
+    if look.scale.range.is_some() && pictures.iter().any(|(_, quantity)| *quantity != pictures[0].1) {
+        let what =
+            "--scale LO,HI with luminance (cd/m^2) and illuminance (lx): the ends can have one unit only";
+        return Err(CliError::Usage(what.to_owned()));
+    }
+    if look != FalseColour::default() && pictures.is_empty() {
+        let what = "--scale, --scale-kind and --colour-map have no use without --false-colour";
+        return Err(CliError::Usage(what.to_owned()));
+    }
+    Ok((look, pictures))
 }
 
 /// What a scene is called: its file's stem, or its folder's name when the file is `scene.toml`.
@@ -219,7 +329,15 @@ mod tests {
     use super::*;
 
     fn cast(caster: Option<CasterArg>, board: Option<&str>) -> CastArgs {
-        CastArgs { caster, board: board.map(str::to_owned), elements: None, seed: 1, dense_visibility: false }
+        CastArgs {
+            caster,
+            board: board.map(str::to_owned),
+            elements: None,
+            adaptive: None,
+            seed: 1,
+            pass_1: PassOneArgs::default(),
+            keep: CheckpointArgs::default(),
+        }
     }
 
     #[test]
@@ -263,7 +381,8 @@ mod tests {
 
     #[test]
     fn dense_visibility_reaches_pass_1_and_is_refused_where_none_runs() {
-        let args = CastArgs { dense_visibility: true, ..cast(None, None) };
+        let pass_1 = PassOneArgs { dense_visibility: true, ..PassOneArgs::default() };
+        let args = CastArgs { pass_1, ..cast(None, None) };
         let options = resolve_frame(&args, None).unwrap();
         assert!(matches!(options.pass_1, PassOne::Solve(SolveOptions { dense_visibility: true, .. })));
         let e = resolve_frame(&args, Some(Path::new("a.radsol"))).unwrap_err().to_string();

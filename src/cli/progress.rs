@@ -25,6 +25,7 @@ pub struct Bars {
 enum Phase {
     Solve,
     Render,
+    Probe,
 }
 
 impl Bars {
@@ -41,9 +42,19 @@ impl Bars {
 
     /// Shows how far the run is.
     pub fn show(&mut self, progress: Progress) {
+        if let Progress::Solve(p) = progress
+            && p.resumed
+        {
+            let (shots, rays) = (p.n_shots, si(p.n_rays as f64, "rays"));
+            eprintln!(
+                "pass 1 goes on from its checkpoint: {shots} shots, {rays}, {} unshot",
+                percent(p.unshot_share)
+            );
+        }
         let (phase, done) = match progress {
             Progress::Solve(p) => (Phase::Solve, solved_share(p.unshot_share, self.unshot_target)),
             Progress::Render(share) => (Phase::Render, share),
+            Progress::Probe(share) => (Phase::Probe, share),
         };
         let n_camera_rays = self.n_camera_rays;
         let (bar, started) = self.bar(phase);
@@ -52,6 +63,7 @@ impl Bars {
             Progress::Solve(p) => {
                 format!("{} unshot, {}", percent(p.unshot_share), si(p.n_shots as f64 / seconds, "shots/s"))
             }
+            Progress::Probe(_) => String::new(),
             Progress::Render(_) if n_camera_rays == 0 => String::new(),
             Progress::Render(share) => si(share * n_camera_rays as f64 / seconds, "camera rays/s"),
         });
@@ -67,6 +79,7 @@ impl Bars {
             Phase::Solve => "pass 1",
             Phase::Render if self.n_camera_rays == 0 => "rays",
             Phase::Render => "pass 2",
+            Phase::Probe => "points",
         };
         let title = &self.title;
         let (_, bar) =

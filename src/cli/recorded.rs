@@ -28,9 +28,7 @@ pub(super) fn simulate(
     let simulation = &Simulation { scene, elements: *elements, board, workload, solve, picture };
     if let Some(path) = &args.record {
         let (run, record) = frame::record_scene(simulation, show)?;
-        let bytes = recorded::to_bytes(&record).map_err(|what| {
-            CliError::Usage(format!("{}: the record cannot be written: {what}", path.display()))
-        })?;
+        let bytes = recorded::to_bytes(&record);
         let report = RecordedReport::recorded(path, &record, bytes.len());
         files.stage(path, bytes);
         return Ok((run, Some(report)));

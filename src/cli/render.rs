@@ -10,22 +10,31 @@ use super::progress::Bars;
 use super::{CliError, Outcome};
 use crate::frame::{self, CasterChoice, Frame, FrameOptions, PassOne};
 use crate::image::exr::encode_exr;
+use crate::image::false_colour::{FalseColour, Field, Quantity};
 use crate::image::png::encode_png;
 use crate::image::{Exposure, OutputFiles, PictureFormat};
+use crate::photometry::LUMENS_PER_WATT;
 use crate::radiosity::SolveOptions;
 use crate::radiosity::summary::summarise;
-use crate::render::RenderOptions;
-use crate::report::{self, BackHits, BoardReport, PassOneReport, PictureFact, RenderReport, SceneFacts};
+use crate::render::{RenderOptions, Rendering};
+use crate::report::{
+    self, BackHits, BoardReport, PassOneReport, PictureFact, RenderReport, ScaledPicture, SceneFacts,
+};
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let pictures = plan::resolve_pictures(args)?;
+    let (look, in_false_colour) = plan::resolve_false_colour(args)?;
+    let mut others: Vec<_> = in_false_colour.iter().map(|(p, _)| (Some(p.as_path()), "png")).collect();
+    others.push((args.report.as_deref(), "json"));
     plan::check_outputs(
         pictures.iter().map(|(p, _)| p.as_path()),
-        &[(args.report.as_deref(), "json")],
+        &others,
         &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
-    let picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
+    let mut picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
+    picture.ambient = args.ambient;
+    picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
     let mut frame = frame::render_frame(&args.scene, &options, &picture, &mut |p| bars.show(p))?;
@@ -33,16 +42,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
 
     let mut files = OutputFiles::new();
     let facts = stage_pictures(&mut frame, &pictures, args.exposure, &mut files)?;
-    let report = document(&frame, &options, picture, facts);
+    let scaled = stage_false_colour(&mut frame, &in_false_colour, look, &mut files)?;
+    let report = document(&frame, &options, picture, facts, scaled);
     if let Some(path) = &args.report {
         files.stage(path, report::to_json(&report));
     }
     files.commit()?;
-    Ok(Outcome {
-        text: report::terminal::render_summary(&report),
-        warnings: report.warnings,
-        check_failed: false,
-    })
+    let text = report::terminal::render_summary(&report);
+    let mut warnings = report.warnings;
+    warnings.extend(plan::finish_pass_1(&options));
+    Ok(Outcome { text, warnings, check_failed: false })
 }
 
 /// Camera rays of a picture.
@@ -72,11 +81,39 @@ fn stage_pictures(
     })
 }
 
+fn stage_false_colour(
+    frame: &mut Frame,
+    pictures: &plan::FalseColourPictures,
+    look: FalseColour,
+    files: &mut OutputFiles,
+) -> Result<Vec<ScaledPicture>, CliError> {
+    let Rendering { film, irradiance, .. } = &frame.rendering;
+    if pictures.is_empty() {
+        return Ok(Vec::new());
+    }
+    frame.timings.measure("false colour", || {
+        let mut facts = Vec::with_capacity(pictures.len());
+        for (path, quantity) in pictures {
+            let field = match (quantity, irradiance) {
+                (Quantity::Illuminance, Some(irradiance)) => {
+                    Field::illuminance(film.width, film.height, irradiance)
+                }
+                _ => Field::luminance(film),
+            };
+            let (bytes, scale) = field.encode_png(look)?;
+            files.stage(path, bytes);
+            facts.push(ScaledPicture::new(path, *quantity, scale, look.colours));
+        }
+        Ok(facts)
+    })
+}
+
 fn document(
     frame: &Frame,
     options: &FrameOptions,
     picture: RenderOptions,
     pictures: Vec<PictureFact>,
+    false_colour: Vec<ScaledPicture>,
 ) -> RenderReport {
     let names = frame.scene.surfaces.iter().map(|s| s.name.clone());
     let back_hits = names.zip(&frame.rendering.back_hits).filter(|(_, rays)| **rays > 0);
@@ -86,7 +123,10 @@ fn document(
         caster: frame.caster,
         options: picture,
         pictures,
-        mean_luminance: frame.rendering.film.mean_luminance(),
+        ambient_w_m2: frame.ambient,
+        false_colour,
+        mean_luminance_w_m2_sr: frame.rendering.film.mean_luminance(),
+        mean_luminance_cd_m2: LUMENS_PER_WATT * frame.rendering.film.mean_luminance(),
         n_camera_rays: frame.rendering.n_camera_rays,
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
         pass_1: PassOneReport::new(
@@ -94,7 +134,8 @@ fn document(
             frame.solve_options,
             loaded_from(&options.pass_1),
             summarise(&frame.scene, &frame.mesh, &frame.solution),
-        ),
+        )
+        .refined(frame.refinement.clone()),
         board: board_report(options, frame.board.as_ref(), &frame.links),
         timings: frame.timings.clone(),
         warnings: frame.warnings.clone(),
@@ -105,7 +146,7 @@ fn document(
 pub(super) fn loaded_from(pass_1: &PassOne) -> Option<std::path::PathBuf> {
     match pass_1 {
         PassOne::Load(path) => Some(path.clone()),
-        PassOne::Solve(_) => None,
+        PassOne::Solve(_) | PassOne::Planned(_) => None,
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
     )?;
     let board = plan::resolve_board(&args.board)?;
     let picture = plan::resolve_picture(&args.picture, ReconstructArg::Hermite, args.seed);
-    let solve = plan::resolve_solve(args.seed, args.dense_visibility);
+    let solve = plan::resolve_solve(args.seed, &args.pass_1);
     let workload = match &args.rays {
         Some(path) => Workload::Rays(read_rays(path)?),
         None => match args.workload.unwrap_or(WorkloadArg::Primary) {

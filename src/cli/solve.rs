@@ -6,7 +6,7 @@ use super::args::SolveArgs;
 use super::progress::Bars;
 use super::render::{board_report, loaded_from};
 use super::{CliError, Outcome, plan};
-use crate::frame::{self, FrameOptions, PassOne, Solved};
+use crate::frame::{self, FrameOptions, PassOne, SolvePlan, Solved};
 use crate::image::OutputFiles;
 use crate::radiosity::summary::summarise;
 use crate::radiosity::{SolveOptions, solution_file};
@@ -19,13 +19,10 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
     plan::check_outputs(
         [],
         &[(Some(&args.output), "radsol"), (args.report.as_deref(), "json")],
-        &[Some(&args.scene), args.cast.board.as_deref().map(Path::new)],
+        &[Some(&args.scene), args.continue_from.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
     let mut options = plan::resolve_frame(&args.cast, None)?;
-    options.pass_1 = PassOne::Solve(SolveOptions {
-        unshot_share: args.unshot,
-        ..plan::resolve_solve(args.cast.seed, args.cast.dense_visibility)
-    });
+    options.pass_1 = PassOne::Planned(Box::new(solve_plan(args, options.pass_1)));
 
     let mut bars = Bars::new(args.unshot, 0);
     let solved = frame::solve_scene(&args.scene, &options, &mut |p| bars.show(p))?;
@@ -41,7 +38,21 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
         Ok(solution_file::save(&args.output, scene, mesh, solve_options, solution)?)
     })?;
     let text = report::terminal::solve_summary(&report);
-    Ok(Outcome { text, warnings: report.warnings, check_failed: false })
+    let mut warnings = report.warnings;
+    warnings.extend(plan::finish_pass_1(&options));
+    Ok(Outcome { text, warnings, check_failed: false })
+}
+
+/// Pass 1 as the flags of `solve` want it.
+fn solve_plan(args: &SolveArgs, pass_1: PassOne) -> SolvePlan {
+    let plan = match pass_1 {
+        PassOne::Planned(plan) => *plan,
+        PassOne::Solve(options) => SolvePlan::new(options),
+        PassOne::Load(_) => unreachable!("solve has no --solution"),
+    };
+    let max_shots = args.max_shots.map_or(plan.options.max_shots, |n| n as usize);
+    let options = SolveOptions { unshot_share: args.unshot, max_shots, ..plan.options };
+    SolvePlan { options, exact: args.exact, continue_from: args.continue_from.clone(), ..plan }
 }
 
 fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {
@@ -54,7 +65,8 @@ fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {
             solved.solve_options,
             loaded_from(&options.pass_1),
             summarise(&solved.scene, &solved.mesh, &solved.solution),
-        ),
+        )
+        .refined(solved.refinement.clone()),
         board: board_report(options, solved.board.as_ref(), &solved.links),
         timings: solved.timings.clone(),
         warnings: solved.warnings.clone(),

@@ -3,7 +3,7 @@
 use super::args::TraceArgs;
 use super::{CliError, Outcome, plan};
 use crate::image::{OutputError, OutputFiles};
-use crate::report::observed::trace_summary;
+use crate::report::observed_text::trace_summary;
 use crate::report::{self, ObservedReport, Timings, TraceReport};
 use crate::trace::{Pending, Reader, TraceError, replay};
 

@@ -111,7 +111,7 @@ fn options(args: &VerifyArgs, is_sweep: bool) -> VerifyOptions {
         n_rays: u64::from(args.rays),
         n_clocked: u64::from(args.clocked),
         first_test_bits,
-        solve: plan::resolve_solve(args.seed, args.dense_visibility),
+        solve: plan::resolve_solve(args.seed, &args.pass_1),
         picture: plan::resolve_picture(&args.picture, ReconstructArg::Hermite, args.seed),
         compare_image: if is_sweep { args.image } else { !args.no_image },
     }

@@ -189,3 +189,52 @@ fn null_caster_sees_every_source() {
     let e = DirectLight::new(&scene, &mesh, 0.0).gather(&mut NullCaster, &[up(1)], 2, 1).unwrap();
     assert!((e[0].0[0] - 0.138_531_606_0).abs() < 1e-9);
 }
+
+/// A lamp of a quad and one of a disk over a floor, a table between: full light, penumbrae, umbra.
+fn shaded_room() -> Scene {
+    let disk = Shape::Disk { center: DVec3::new(0.6, 0.2, 2.0), normal: DVec3::NEG_Z, radius: 0.3 };
+    let parts = vec![
+        surface("panel", Shape::Quad(ceiling([-0.6, 0.2], [-0.4, 0.4], 1.9)), 3.0, false),
+        surface("disk", disk, 5.0, false),
+        surface("table", Shape::Quad(ceiling([-0.5, 0.5], [-0.3, 0.5], 1.0)), 0.0, true),
+    ];
+    let lights = vec![
+        Light::Point { position: DVec3::new(0.0, -0.8, 1.5), intensity: Rgb::splat(1.0) },
+        Light::Directional { direction: DVec3::new(0.5, 0.1, -1.0).normalize(), irradiance: Rgb::splat(0.8) },
+    ];
+    let mut scene = scene(parts, lights);
+    // Emitters fine enough that a probe's strata leave little of a penumbra to chance.
+    scene.meshing.target = crate::scene::MeshTarget::Elements(4000);
+    scene
+}
+
+/// The probe looks at each element of an emitter, the renderer at the whole emitter: two codes, one light.
+#[test]
+fn gather_and_probe_give_one_direct_light_within_the_sampling_error_of_gather() {
+    use crate::radiosity::{ProbePoint, Solution, probe};
+    let scene = shaded_room();
+    let mesh = Mesh::build(&scene);
+    let mut caster = SoftwareCaster::new(mesh.cast_patches());
+    let dark = Solution::dark(&mesh);
+    let direct = DirectLight::new(&scene, &mesh, caster.surface_offset_m());
+    let (mut n_penumbra, mut n_umbra) = (0, 0);
+    for k in 0..81u32 {
+        let position = DVec3::new(f64::from(k % 9) * 0.25 - 1.0, f64::from(k / 9) * 0.25 - 1.0, 0.0);
+        let points: Vec<ShadePoint> =
+            (0..64).map(|key| ShadePoint { position, key: key + 1000 * u64::from(k), ..up(0) }).collect();
+        let samples = direct.gather(&mut caster, &points, MAX_STRATA, 7).unwrap();
+        let n = samples.len() as f64;
+        let mean = samples.iter().map(|e| e.0[1]).sum::<f64>() / n;
+        let variance = samples.iter().map(|e| (e.0[1] - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let error = (variance / n).sqrt();
+        let point = ProbePoint { at: position, normal: DVec3::Z };
+        let probed = probe(&scene, &mesh, &dark, &mut caster, &[point]).unwrap()[0];
+        assert_eq!(probed.indirect, Rgb::BLACK);
+        let e = probed.direct.0[1];
+        // The probe's own error in a penumbra: some of its hundreds of rays may fall on the other side.
+        assert!((e - mean).abs() <= 5.0 * error + 2e-3 * mean + 1e-9, "{position}: {e}, {mean} +- {error}");
+        n_penumbra += u32::from(error > 1e-4 * mean);
+        n_umbra += u32::from(mean < 1.0);
+    }
+    assert!(n_penumbra > 10 && n_umbra > 3, "{n_penumbra} in a penumbra, {n_umbra} dark");
+}

@@ -85,7 +85,11 @@ impl Times {
 fn render_with(stage: &Stage, caster: &mut dyn RayCaster, side: u32) -> Result<(), ExperimentError> {
     let solve = SolveOptions::default();
     let solution = radiosity::solve(&stage.scene, &stage.mesh, caster, &solve, &mut |_| {});
-    let solution = solution.map_err(|SolveError::Cast(e)| e)?;
+    let solution = solution.map_err(|error| match error {
+        SolveError::Cast(e) => e,
+        // An exact solve and checkpoints were not asked for.
+        other => unreachable!("{other}"),
+    })?;
     let picture = RenderOptions { width: side, height: side, ..RenderOptions::default() };
     let camera = stage.camera()?;
     render::render(&stage.scene, &camera, &stage.mesh, &solution, caster, &picture, &mut |_| {})?;

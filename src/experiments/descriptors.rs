@@ -53,7 +53,7 @@ fn gathers(stage: &Stage, n_points: usize) -> Result<[Vec<RayBundle>; 2], Experi
             let (edge_u, edge_v) = (lamp[1] - lamp[0], lamp[3] - lamp[0]);
             fans.push(RayBundle::Fan { apex, corner: lamp[0], edge_u, edge_v, n: 8, m: 8, jitter: [0.5; 2] });
         }
-        hemispheres.push(RayBundle::Hemisphere { apex, normal, spin: 0.0, n: 8, m: 8 });
+        hemispheres.push(RayBundle::Hemisphere { apex, normal, spin: 0.0, n: 8, m: 8, jitter: [0.5; 2] });
     }
     Ok([fans, hemispheres])
 }

@@ -10,9 +10,11 @@
 use rtl_model::board::BoardError;
 use rtl_model::spec::{BoardSpec, SpecError};
 
+use crate::radiosity::SolveError;
 use crate::raycast::CastError;
 use crate::scene::SceneError;
 
+pub mod adaptive;
 mod amdahl;
 mod balance;
 mod descriptors;
@@ -147,6 +149,9 @@ pub enum ExperimentError {
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// A solve.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// A specification.
     #[error(transparent)]
     Spec(#[from] SpecError),

@@ -33,6 +33,17 @@ impl CasterChoice {
             CasterChoice::Board(_) => "board",
         }
     }
+
+    /// All that its answers can depend on, in few words.
+    pub fn identity(&self) -> String {
+        match self {
+            CasterChoice::Software => "software".to_owned(),
+            CasterChoice::Board(spec) => {
+                let crc = crc32fast::hash(&crate::framed_file::encode(spec));
+                format!("board {} (specification {crc:08x})", spec.name)
+            }
+        }
+    }
 }
 
 /// A caster with a scene loaded.

@@ -61,6 +61,9 @@ pub enum FrameError {
         /// The surface.
         surface: String,
     },
+    /// A grid that cannot be measured on.
+    #[error(transparent)]
+    Grid(Box<super::GridFault>),
     /// Everything was warm-up.
     #[error(
         "--warm-up {asked}: the whole workload takes {cycles} cycles in {commands} commands, and counting begins after \

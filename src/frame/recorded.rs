@@ -61,7 +61,7 @@ struct Loaded {
 
 fn load(run: &Simulation<'_>) -> Result<Loaded, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(run.scene, run.elements, Some(false), &mut timings)?;
     let points = start_points(&scene, &run.workload.origins());
     let caster = timings.measure("board", || BoardCaster::new(run.board, &mesh.cast_patches(), &points))?;
     let mut caster = Caster::Board(Box::new(caster));
@@ -118,9 +118,8 @@ pub fn replay_scene(
     let key = RecordKey::of(run.board, caster.board().image());
     record.check(&settings(&host), &key).map_err(other)?;
     for (i, (_, command)) in record.commands.iter().enumerate() {
-        let what =
-            |error| RecordFileError::Body { path: path.to_path_buf(), what: format!("command {i}: {error}") };
-        command.check(run.board, caster.board().image()).map_err(what)?;
+        let checked = command.check(run.board, caster.board().image());
+        checked.map_err(|error| recorded::fault(path, format!("command {i}: {error}")))?;
     }
     if !answers_matter(workload) {
         let commands = timings.measure("rays", || commands(&host, caster.quantizer(), &mut NullCaster))?;
@@ -243,12 +242,22 @@ fn settings(host: &HostRun<'_>) -> Vec<Setting> {
         put("shadow rays", format!("shadow_strata = {shadow_strata}, depth = {max_depth}, seed = {seed}"));
     }
     if solves {
-        let SolveOptions { unshot_share, max_shots, seed, dense_visibility, max_row_bytes } = solve;
+        let SolveOptions {
+            unshot_share,
+            max_shots,
+            seed,
+            dense_visibility,
+            max_row_bytes,
+            form_factors,
+            max_shooters,
+            wanted_error,
+        } = solve;
         put(
             "pass 1",
             format!(
                 "unshot_share = {unshot_share}, max_shots = {max_shots}, seed = {seed}, dense_visibility = \
-                 {dense_visibility}, max_row_bytes = {max_row_bytes}"
+                 {dense_visibility}, max_row_bytes = {max_row_bytes}, form_factors = {form_factors:?}, max_shooters = \
+                 {max_shooters}, wanted_error = {wanted_error}"
             ),
         );
     }

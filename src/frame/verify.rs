@@ -69,7 +69,7 @@ pub fn verify_scene(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Verified, FrameError> {
     let mut timings = Timings::default();
-    let (mut scene, mesh) = load_and_mesh(path, elements, &mut timings)?;
+    let (mut scene, mesh) = load_and_mesh(path, elements, Some(false), &mut timings)?;
     let patches = mesh.cast_patches();
     let points = start_points(&scene, &[]);
     let spec = board.clone().comparable_by_ray();

@@ -29,6 +29,7 @@ pub struct Difference {
     /// Pixels that are not finite in one or both pictures; they differ unless they are the same bits.
     pub n_not_finite: u64,
     /// Largest pixel difference (W/m^2/sr), among pixels that are finite in both.
+    #[serde(rename = "max_absolute_w_m2_sr")]
     pub max_absolute: f64,
     /// The same over A's mean luminance; infinite when that is 0 and the pictures differ.
     pub max_relative: f64,
@@ -37,8 +38,10 @@ pub struct Difference {
     /// Root mean square of the luminance difference over A's mean luminance.
     pub rmse_relative: f64,
     /// Mean luminance of A (W/m^2/sr).
+    #[serde(rename = "mean_luminance_a_w_m2_sr")]
     pub mean_luminance_a: f64,
     /// Mean luminance of B (W/m^2/sr).
+    #[serde(rename = "mean_luminance_b_w_m2_sr")]
     pub mean_luminance_b: f64,
 }
 

@@ -3,18 +3,20 @@
 //! ```text
 //! render --> Film --exr.rs-----------------------------> bytes (linear f32) --files.rs--> file, old or new, never half
 //!              \---exposure.rs--> scale --png.rs (sRGB)--> bytes (8 bit) ----/
+//! Film, Field --false_colour/--> colours of a scale, and the scale --> bytes (8 bit)
 //! EXR bytes --exr.rs--> Film --\
 //!                        Film ----difference.rs--> Difference
 //! ```
 //! Encoders make bytes in memory; only `files.rs` touches the disk.
 //!
-//! Not modelled: HDR (RGBE) files, false colour, Mach-band metrics.
+//! Not modelled: HDR (RGBE) files, Mach-band metrics.
 
 use crate::units::Rgb;
 
 pub mod difference;
 pub mod exposure;
 pub mod exr;
+pub mod false_colour;
 pub mod files;
 pub mod png;
 

@@ -32,17 +32,25 @@ pub fn display_byte(display_linear: f64) -> u8 {
 /// # Errors
 /// A film without pixels, or one too large for the format.
 pub fn encode_png(film: &Film, exposure: ResolvedExposure) -> Result<Vec<u8>, OutputError> {
-    let fault = |what: String| OutputError::Encode { format: "PNG", what };
-    let size = |n: usize| u32::try_from(n).map_err(|_| fault(format!("{n} pixels in a row or column")));
     let scale = exposure.scale();
     let data: Vec<u8> = film.pixels.iter().flat_map(|p| p.0.map(|c| display_byte(c * scale))).collect();
+    encode_rgb(film.width, film.height, &data)
+}
+
+/// sRGB bytes, three a pixel, as a PNG file.
+///
+/// # Errors
+/// As [`encode_png`].
+pub(super) fn encode_rgb(width: usize, height: usize, data: &[u8]) -> Result<Vec<u8>, OutputError> {
+    let fault = |what: String| OutputError::Encode { format: "PNG", what };
+    let size = |n: usize| u32::try_from(n).map_err(|_| fault(format!("{n} pixels in a row or column")));
     let mut bytes = Vec::new();
-    let mut encoder = ::png::Encoder::new(&mut bytes, size(film.width)?, size(film.height)?);
+    let mut encoder = ::png::Encoder::new(&mut bytes, size(width)?, size(height)?);
     encoder.set_color(::png::ColorType::Rgb);
     encoder.set_depth(::png::BitDepth::Eight);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
     let mut writer = encoder.write_header().map_err(|e| fault(e.to_string()))?;
-    writer.write_image_data(&data).map_err(|e| fault(e.to_string()))?;
+    writer.write_image_data(data).map_err(|e| fault(e.to_string()))?;
     writer.finish().map_err(|e| fault(e.to_string()))?;
     Ok(bytes)
 }

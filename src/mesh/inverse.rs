@@ -11,6 +11,9 @@ use glam::DVec2;
 
 use crate::geom::DVec3;
 
+/// Square of the bend, as a share of a side, up to which a quad is a parallelogram: s and t are off by no more than its root.
+const PARALLELOGRAM_SHARE: f64 = 1e-28;
+
 /// Weights (s,t) of corners 1 and 2 at the point of the triangle nearest to `p` in its plane.
 pub(super) fn triangle_st(corners: &[DVec3; 3], p: DVec3) -> DVec2 {
     let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
@@ -40,6 +43,14 @@ pub(super) fn triangle_st(corners: &[DVec3; 3], p: DVec3) -> DVec2 {
 
 /// (s,t) of the quad at `p`, clamped to the unit square.
 pub(super) fn quad_st(corners: &[DVec3; 4], p: DVec3) -> DVec2 {
+    let bend = corners[0] - corners[1] + corners[2] - corners[3];
+    let (along_s, along_t) = (corners[1] - corners[0], corners[3] - corners[0]);
+    if bend.length_squared() <= PARALLELOGRAM_SHARE * along_s.length_squared().min(along_t.length_squared()) {
+        let n = along_s.cross(along_t);
+        let q = p - corners[0];
+        let st = DVec2::new(q.cross(along_t).dot(n), along_s.cross(q).dot(n)) / n.length_squared();
+        return if st.is_finite() { st.clamp(DVec2::ZERO, DVec2::ONE) } else { DVec2::splat(0.5) };
+    }
     let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
     let e1 = (corners[2] - corners[0]).normalize_or_zero();
     let e2 = normal.cross(e1).normalize_or_zero();

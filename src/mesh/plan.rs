@@ -10,7 +10,7 @@
 //! its own smooth group only, and never beyond [`MAX_ASPECT_PATCHES`], which keeps slivers affordable.
 //! Triangles take their count from the second longest edge (the longest under `max_element_m`): the longest is at
 //! most twice as long, and a wall of two triangles then gets the elements of a wall of one quad, halved.
-//! Curved surfaces have a least count that keeps their area within 1 %, and no aspect rule.
+//! Curved surfaces have a least count that keeps their area within 0.1 %, and no aspect rule.
 
 use std::f64::consts::{PI, TAU};
 
@@ -21,9 +21,10 @@ use crate::scene::{FaceSet, MAX_ELEMENTS, MeshTarget, Scene, Shape, Surface};
 
 /// Patches that the aspect rule may put along an edge, unless h0 asks for more.
 const MAX_ASPECT_PATCHES: u64 = 32;
-/// Fewest patches around a disk or cylinder: an inscribed 32-gon lacks 0.64 % of its disk's area.
-const MIN_AROUND: u64 = 32;
-/// Fewest patches of a sphere from pole to pole, half of those around: its area lacks 0.8 %.
+/// Fewest patches around a disk or cylinder: of a cylinder that meets disks of the right area, the area is then 0.07 %
+/// too much.
+const MIN_AROUND: u64 = 48;
+/// Fewest patches of a sphere from pole to pole, half of those around: corners stand 0.4 % of the radius outside.
 const MIN_SPHERE_ROWS: u64 = 16;
 /// Most elements along one edge: keeps absurd wishes inside the arithmetic.
 const MAX_COUNT: f64 = 1e9;

@@ -19,7 +19,9 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use super::emitters::Emitter;
 use super::kernel::Source;
 use super::receivers::Receivers;
 use super::row::SparseRow;
@@ -27,6 +29,7 @@ use crate::geom::{Ray, tangent_frame};
 use crate::mesh::{Corners, ElementId, Mesh, PatchId, VertexId};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
 use crate::sampling::{hash, unit_pair};
+use crate::scene::SurfaceId;
 
 /// Strata of a shooter.
 const N_STRATA: usize = 4;
@@ -58,7 +61,7 @@ impl Row {
 }
 
 /// Where the light of a shooter goes that reaches no element.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct StrayShares {
     /// Out through openings.
     pub lost: f64,
@@ -66,10 +69,18 @@ pub(super) struct StrayShares {
     pub back: f64,
 }
 
+/// Who shoots.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum ShooterId {
+    Patch(PatchId),
+    /// An index into [`FormFactors::emitters`].
+    Emitter(u32),
+}
+
 /// How a shooter is looked at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aim {
-    pub patch: PatchId,
+    pub shooter: ShooterId,
     /// With all strata from everywhere.
     pub full: bool,
     /// Its strata see different things: receivers take turns.
@@ -83,6 +94,7 @@ const EVEN_SHARE: f64 = 0.5;
 pub(super) struct FormFactors<'a> {
     pub mesh: &'a Mesh,
     pub receivers: &'a Receivers,
+    pub emitters: &'a [Emitter],
     pub seed: u64,
     pub offset_m: f64,
     /// Every quadrature point and vertex casts a ray of its own to shooters that do not emit, too.
@@ -97,7 +109,7 @@ impl FormFactors<'_> {
         caster: &mut dyn RayCaster,
     ) -> Result<Vec<(Row, u64)>, CastError> {
         let plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
-        let bundles: Vec<Vec<RayBundle>> = plans.iter().map(|plan| self.bundles(plan)).collect();
+        let mut bundles: Vec<Vec<RayBundle>> = plans.par_iter().map(|plan| self.bundles(plan)).collect();
         // Receivers block by block, in each block shooter by shooter: neighbouring bundles meet the same patches, and a
         // cluster of the board that is given a range of them keeps to a part of the scene.
         let mut order: Vec<(usize, usize)> = Vec::new();
@@ -107,7 +119,9 @@ impl FormFactors<'_> {
                 order.extend((edge(block)..edge(block + 1)).map(|b| (p, b)));
             }
         }
-        let query: Vec<RayBundle> = order.iter().map(|&(p, b)| bundles[p][b].clone()).collect();
+        let nothing = RayBundle::Targets { apex: DVec3::ZERO, points: Vec::new() };
+        let take = |&(p, b): &(usize, usize)| std::mem::replace(&mut bundles[p][b], nothing.clone());
+        let query: Vec<RayBundle> = order.iter().map(take).collect();
         let answers = match query.is_empty() {
             true => Vec::new(),
             false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&query))?,
@@ -119,14 +133,25 @@ impl FormFactors<'_> {
             blocked[p].extend_from_slice(&answers[at..at + bundle.n_rays()]);
             at += bundle.n_rays();
         }
-        let rows = plans.iter().zip(&blocked);
+        let rows = plans.par_iter().zip(&blocked);
         Ok(rows.map(|(plan, blocked)| (self.row(plan, blocked), blocked.len() as u64)).collect())
     }
 
-    /// What every receiver asks of `patch`.
+    /// The shooter made ready.
+    fn shooter(&self, id: ShooterId) -> Shooter {
+        match id {
+            ShooterId::Patch(patch) => Shooter::of(self.mesh, patch, self.seed, self.offset_m),
+            ShooterId::Emitter(e) => {
+                let key = self.mesh.patches.len() as u64 + u64::from(e);
+                Shooter::of_emitter(&self.emitters[e as usize], key, self.seed, self.offset_m)
+            }
+        }
+    }
+
+    /// What every receiver asks of a shooter.
     fn plan(&self, aim: Aim) -> Plan {
-        let Aim { patch, full, .. } = aim;
-        let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
+        let Aim { full, .. } = aim;
+        let shooter = self.shooter(aim.shooter);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
         let kernels: Vec<f64> = receivers
@@ -134,7 +159,8 @@ impl FormFactors<'_> {
             .enumerate()
             .with_min_len(1024)
             .map(|(i, r)| {
-                let is_own = i < n_gauss && shooter.is_own(self.mesh.elements[r.owner as usize].patch);
+                let is_own =
+                    i < n_gauss && shooter.is_own(self.mesh, self.mesh.elements[r.owner as usize].patch);
                 if is_own { 0.0 } else { shooter.source.form_factor(r.point, r.normal) }
             })
             .collect();
@@ -143,7 +169,7 @@ impl FormFactors<'_> {
             .into_par_iter()
             .with_min_len(1024)
             .map(|i| {
-                let asks = dense || self.stands_in(patch, i, &kernels);
+                let asks = dense || self.stands_in(shooter.key, i, &kernels);
                 if asks { self.looks(&shooter, i, &kernels, aim) } else { 0 }
             })
             .collect();
@@ -165,6 +191,8 @@ impl FormFactors<'_> {
         // Sparse: the share that the element's one ray saw, if it cast one.
         let element_share = |e: usize| points_of(e).find(|&i| looks[i] != 0).map(own_share);
         let elements: Vec<f32> = (0..self.receivers.n_elements())
+            .into_par_iter()
+            .with_min_len(1024)
             .map(|e| {
                 let weighted = |i: usize| receivers[i].weight * kernels[i];
                 let factor: f64 = if *dense {
@@ -176,6 +204,8 @@ impl FormFactors<'_> {
             })
             .collect();
         let vertices: Vec<f32> = (n_gauss..receivers.len())
+            .into_par_iter()
+            .with_min_len(1024)
             .map(|i| {
                 if kernels[i] == 0.0 {
                     return 0.0;
@@ -196,7 +226,7 @@ impl FormFactors<'_> {
 
     /// Sparse: true for the one quadrature point of an element that casts its ray, a hashed one of those that the
     /// shooter's light reaches, and for a vertex none of whose elements casts one.
-    fn stands_in(&self, patch: PatchId, i: usize, kernels: &[f64]) -> bool {
+    fn stands_in(&self, key: u64, i: usize, kernels: &[f64]) -> bool {
         let receiver = &self.receivers.all[i];
         let starts = &self.receivers.element_starts;
         let lit = |e: usize| (starts[e] as usize..starts[e + 1] as usize).filter(|&p| kernels[p] != 0.0);
@@ -206,7 +236,7 @@ impl FormFactors<'_> {
         }
         let e = receiver.owner as usize;
         let n_lit = lit(e).count();
-        let turn = hash(self.seed, u64::from(patch.0), 3 << 40 | u64::from(receiver.owner)) as usize;
+        let turn = hash(self.seed, key, 3 << 40 | u64::from(receiver.owner)) as usize;
         n_lit > 0 && lit(e).nth(turn % n_lit) == Some(i)
     }
 
@@ -218,12 +248,12 @@ impl FormFactors<'_> {
         let receiver = &self.receivers.all[i];
         let first = if self.dense {
             let kind = u64::from(i >= self.receivers.n_gauss()) << 32;
-            let turn = hash(self.seed, u64::from(shooter.patch.0), kind | u64::from(receiver.owner)) as usize;
+            let turn = hash(self.seed, shooter.key, kind | u64::from(receiver.owner)) as usize;
             turn + receiver.slot as usize
         } else {
             // All from one point, or at least a bundle's worth of neighbours, so that they cross the same cells.
             let group = if aim.uneven { 1 + u64::from(receiver.owner) / MAX_BUNDLE_RAYS as u64 } else { 0 };
-            hash(self.seed, u64::from(shooter.patch.0), 4 << 40 | group) as usize
+            hash(self.seed, shooter.key, 4 << 40 | group) as usize
         };
         shooter.looks(receiver.target, receiver.normal, first % N_STRATA, aim.full)
     }
@@ -233,10 +263,11 @@ impl FormFactors<'_> {
         let shooter = &plan.shooter;
         let mut bundles = Vec::new();
         for (stratum, &apex) in shooter.apexes.iter().enumerate() {
-            let targets: Vec<DVec3> =
-                plan.looking_at(1 << stratum).map(|i| self.receivers.all[i].target).collect();
-            let chunks = targets.chunks(MAX_BUNDLE_RAYS);
-            bundles.extend(chunks.map(|points| RayBundle::Targets { apex, points: points.to_vec() }));
+            let looking: Vec<u32> = plan.looking_at(1 << stratum).map(|i| i as u32).collect();
+            let target = |i: &u32| self.receivers.all[*i as usize].target;
+            let bundle =
+                |chunk: &[u32]| RayBundle::Targets { apex, points: chunk.iter().map(target).collect() };
+            bundles.par_extend(looking.par_chunks(MAX_BUNDLE_RAYS).with_min_len(64).map(bundle));
         }
         bundles.extend(plan.looking_at(MIDDLE).map(|i| {
             let r = &self.receivers.all[i];
@@ -248,20 +279,20 @@ impl FormFactors<'_> {
     }
 
     /// Shares of each shooter's light that reach no element, how it is to be looked at, and how many rays that took, in
-    /// one query. `shooters`: patch, and whether in full.
+    /// one query. `shooters`: who, and whether in full.
     pub(super) fn stray_shares(
         &self,
-        shooters: &[(PatchId, bool)],
+        shooters: &[(ShooterId, bool)],
         caster: &mut dyn RayCaster,
     ) -> Result<(Vec<(StrayShares, Aim)>, u64), CastError> {
         let (mut rays, mut ends) = (Vec::new(), Vec::new());
-        for &(patch, full) in shooters {
-            self.add_hemisphere_rays(patch, full, &mut rays);
+        for &(shooter, full) in shooters {
+            self.add_hemisphere_rays(shooter, full, &mut rays);
             ends.push(rays.len());
         }
         let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
         let mut start = 0;
-        let shares = ends.into_iter().zip(shooters).map(|(end, &(patch, full))| {
+        let shares = ends.into_iter().zip(shooters).map(|(end, &(shooter, full))| {
             let hits = &hits[std::mem::replace(&mut start, end)..end];
             let of_stratum = |k| {
                 let side = hemisphere_side(full);
@@ -272,18 +303,18 @@ impl FormFactors<'_> {
             let by_stratum: [f64; N_STRATA] = std::array::from_fn(of_stratum);
             let least = by_stratum.iter().copied().fold(f64::INFINITY, f64::min);
             let most = by_stratum.iter().copied().fold(0.0, f64::max);
-            (stray(self.mesh, hits, |_| 1.0), Aim { patch, full, uneven: most - least > EVEN_SHARE })
+            (stray(self.mesh, hits, |_| 1.0), Aim { shooter, full, uneven: most - least > EVEN_SHARE })
         });
         Ok((shares.collect(), rays.len() as u64))
     }
 
-    fn add_hemisphere_rays(&self, patch: PatchId, full: bool, rays: &mut Vec<Ray>) {
+    fn add_hemisphere_rays(&self, shooter: ShooterId, full: bool, rays: &mut Vec<Ray>) {
         let side = hemisphere_side(full);
-        let shooter = Shooter::of(self.mesh, patch, self.seed, self.offset_m);
+        let shooter = self.shooter(shooter);
         let (t1, t2) = tangent_frame(shooter.normal);
         rays.extend((0..side * side).map(|k| {
             let (i, j) = (k % side, k / side);
-            let [du, dv] = unit_pair(hash(self.seed, u64::from(patch.0), 2 << 40 | u64::from(k)));
+            let [du, dv] = unit_pair(hash(self.seed, shooter.key, 2 << 40 | u64::from(k)));
             let (u, v) = ((f64::from(i) + du) / f64::from(side), (f64::from(j) + dv) / f64::from(side));
             let (sin, cos) = (TAU * v).sin_cos();
             let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;
@@ -343,10 +374,20 @@ pub(super) fn stray(mesh: &Mesh, hits: &[Option<RayHit>], weight: impl Fn(usize)
     shares
 }
 
-/// A patch made ready to shoot.
+/// What never sees a shooter.
+#[derive(Clone, Copy)]
+enum Own {
+    /// The patch itself and its other side.
+    Patch(PatchId, Option<PatchId>),
+    /// All of a plane surface.
+    Surface(SurfaceId),
+}
+
+/// A patch or emitter made ready to shoot.
 struct Shooter {
-    patch: PatchId,
-    twin: Option<PatchId>,
+    /// Of sampling patterns.
+    key: u64,
+    own: Own,
     source: Source,
     normal: DVec3,
     centre: DVec3,
@@ -362,14 +403,13 @@ impl Shooter {
         let mut points = [DVec3::ZERO; N_STRATA];
         let mut apexes = points;
         for k in 0..N_STRATA {
-            let jitter = unit_pair(hash(seed, u64::from(id.0), 1 << 40 | k as u64))
-                .map(|u| STRATUM_MARGIN + (1.0 - 2.0 * STRATUM_MARGIN) * u);
+            let jitter = stratum_jitter(seed, u64::from(id.0), k);
             points[k] = mesh.quarter_position(id, k as u32, folded(&patch.corners, jitter));
             apexes[k] = points[k] + offset_m * patch.normal;
         }
         Shooter {
-            patch: id,
-            twin: patch.twin,
+            key: u64::from(id.0),
+            own: Own::Patch(id, patch.twin),
             source: Source::new(&corners),
             normal: patch.normal,
             centre: corners.iter().sum::<DVec3>() / corners.len() as f64,
@@ -378,9 +418,31 @@ impl Shooter {
         }
     }
 
-    /// The patch itself or its other side: they never see it.
-    fn is_own(&self, patch: PatchId) -> bool {
-        patch == self.patch || Some(patch) == self.twin
+    fn of_emitter(emitter: &Emitter, key: u64, seed: u64, offset_m: f64) -> Shooter {
+        let [a, b, c, d] = emitter.corners;
+        let place = |k: usize| {
+            let [s, t] = stratum_jitter(seed, key, k);
+            let (s, t) = (0.5 * (s + (k & 1) as f64), 0.5 * (t + (k >> 1) as f64));
+            (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * d + s * c)
+        };
+        let points: [DVec3; N_STRATA] = std::array::from_fn(place);
+        Shooter {
+            key,
+            own: Own::Surface(emitter.surface),
+            source: Source::new(&emitter.corners),
+            normal: emitter.normal,
+            centre: 0.25 * (a + b + c + d),
+            points,
+            apexes: points.map(|p| p + offset_m * emitter.normal),
+        }
+    }
+
+    /// True for patches that never see it.
+    fn is_own(&self, mesh: &Mesh, patch: PatchId) -> bool {
+        match self.own {
+            Own::Patch(own, twin) => patch == own || Some(patch) == twin,
+            Own::Surface(surface) => mesh.patches[patch.0 as usize].surface == surface,
+        }
     }
 
     /// Strata that a receiver looks at: those above its horizon, all or the first from `first` on.
@@ -397,6 +459,11 @@ impl Shooter {
         }
         if looks == 0 { MIDDLE } else { looks }
     }
+}
+
+/// Place of a shooter's source point in stratum `k`.
+fn stratum_jitter(seed: u64, key: u64, k: usize) -> [f64; 2] {
+    unit_pair(hash(seed, key, 1 << 40 | k as u64)).map(|u| STRATUM_MARGIN + (1.0 - 2.0 * STRATUM_MARGIN) * u)
 }
 
 /// Local coordinates of a uniform sample in an element; a triangle folds the square.

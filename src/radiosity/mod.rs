@@ -5,8 +5,8 @@
 //! ```
 //! B = M + rho E. E is kept apart as direct (straight from an emitter or light) and indirect (the rest).
 //!
-//! Memory: per element and per vertex about 100 and 50 bytes; form-factor rows of patches that shot, 4 bytes a
-//! non-zero factor plus 0.2 bytes a receiver, up to [`SolveOptions::max_row_bytes`].
+//! Memory: see [`memory`]. Form-factor rows of patches that shot take 4 bytes a non-zero factor plus 0.2 bytes a receiver,
+//! up to [`SolveOptions::max_row_bytes`].
 
 use serde::{Deserialize, Serialize};
 
@@ -15,18 +15,35 @@ use crate::raycast::{CastError, RayCaster};
 use crate::scene::Scene;
 use crate::units::Rgb;
 
+pub mod ambient;
+pub mod checkpoint;
+mod diagnostics;
+#[cfg(feature = "exact")]
+mod exact;
+mod emitters;
 mod form_factors;
 pub mod kernel;
 mod light_shots;
+pub mod lighting;
 pub mod lights;
+pub mod memory;
 mod probe;
 mod receivers;
+pub mod refine;
+mod relight;
 mod row;
+mod rows;
 mod shooting;
 pub mod solution_file;
+mod state;
+mod stochastic;
 pub mod summary;
 #[cfg(test)]
 mod tests;
+
+use checkpoint::{Checkpoint, CheckpointError};
+pub use diagnostics::ReciprocityError;
+use solution_file::Stored;
 
 /// Irradiance kept in two parts (W/m^2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -78,6 +95,26 @@ pub struct SolveOptions {
     pub dense_visibility: bool,
     /// Memory for form-factor rows (bytes); patches whose rows do not fit cast them anew for every shot.
     pub max_row_bytes: u64,
+    /// How power is shot.
+    pub form_factors: FormFactorMethod,
+    /// Patches that shoot by kernel at most; with more patches than this, the rest of the power is shot stochastically,
+    /// from the moment on that it takes fewer rays.
+    pub max_shooters: usize,
+    /// Standard error of stochastic shooting that its rays are counted for: RMS over the elements, relative to the mean
+    /// irradiance.
+    pub wanted_error: f64,
+}
+
+/// How power is shot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FormFactorMethod {
+    /// Kernel from each shooter to the points of each receiver, times the visible share: no noise.
+    #[default]
+    Vertex,
+    /// Cosine-distributed bundles of rays from the shooters, emitters included: the board's native job; noise, with an
+    /// estimate of it.
+    Hemisphere,
 }
 
 impl Default for SolveOptions {
@@ -87,7 +124,10 @@ impl Default for SolveOptions {
             max_shots: 1_000_000,
             seed: 1,
             dense_visibility: false,
-            max_row_bytes: 2 << 30,
+            max_row_bytes: 1 << 30,
+            form_factors: FormFactorMethod::Vertex,
+            max_shooters: 2000,
+            wanted_error: 0.02,
         }
     }
 }
@@ -109,6 +149,89 @@ pub struct Solution {
     pub n_rays: u64,
     /// Row-sum error of the form factors before any correction; see [`RowSumError`].
     pub row_sum_error: RowSumError,
+    /// How far the form factors are from reciprocity; see [`ReciprocityError`].
+    pub reciprocity: ReciprocityError,
+    /// How good stochastic shooting is; `None` when all power was shot by kernel.
+    pub error_estimate: Option<ErrorEstimate>,
+    /// What every patch has still to shoot: a solve goes on from here.
+    pub unshot: Vec<UnshotRadiosity>,
+    /// Patches whose form factors were cast, by patch.
+    pub shooters: Vec<ShooterRecord>,
+    /// The solves that this one went on from.
+    pub earlier: Option<EarlierWork>,
+    /// By a dense linear solve.
+    pub exact: bool,
+}
+
+impl Solution {
+    /// No light anywhere, and nothing done for it.
+    pub fn dark(mesh: &Mesh) -> Solution {
+        Solution {
+            element_irradiance: vec![SplitIrradiance::default(); mesh.elements.len()],
+            vertex_irradiance: vec![SplitIrradiance::default(); mesh.vertices.len()],
+            account: EnergyAccount::default(),
+            n_shots: 0,
+            n_shooters: 0,
+            n_rays: 0,
+            row_sum_error: RowSumError::default(),
+            reciprocity: ReciprocityError::default(),
+            error_estimate: None,
+            unshot: vec![UnshotRadiosity::default(); mesh.patches.len()],
+            shooters: Vec::new(),
+            earlier: None,
+            exact: false,
+        }
+    }
+}
+
+/// Radiosity that a patch has not shot yet (W/m^2). Negative where a change took light away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UnshotRadiosity {
+    /// Of what it emits.
+    pub emitted: Rgb,
+    /// Of what it reflects.
+    pub reflected: Rgb,
+}
+
+/// What is known of a patch whose form factors were cast.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShooterRecord {
+    /// Its index; parts of emitting surfaces count on from the last patch.
+    pub patch: u32,
+    /// Its area (m^2).
+    pub area_m2: f64,
+    /// Share of its power that leaves through openings.
+    pub lost: f64,
+    /// Share that falls on backs of one-sided surfaces.
+    pub back: f64,
+    /// Sum of its row, these shares included; see [`RowSumError`].
+    pub row_sum: f64,
+}
+
+/// Work of earlier solves that a solution went on from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EarlierWork {
+    /// Solves.
+    pub n_solves: u32,
+    /// Their shots.
+    pub n_shots: u64,
+    /// Their rays.
+    pub n_rays: u64,
+}
+
+/// Standard error of `E_mean` by stochastic shooting, from the spread of independent rounds.
+///
+/// Not in it: what kernel shots got wrong, and what was left unshot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorEstimate {
+    /// RMS over the elements, relative to the mean irradiance, both by area; sums of the channels.
+    pub relative_rms: f64,
+    /// The same over each surface alone, surfaces in scene order; 0 where nothing arrived.
+    pub surfaces: Vec<f64>,
+    /// Rounds that the rays were shot in.
+    pub n_rounds: u32,
+    /// Rays of these rounds.
+    pub n_rays: u64,
 }
 
 /// How far the form factors' row sums are from one, before any correction.
@@ -123,13 +246,31 @@ pub struct RowSumError {
     pub mean: f64,
 }
 
+/// What a solve is doing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SolvePhase {
+    /// Patches shoot by kernel.
+    Shots,
+    /// The rest is shot by hemisphere bundles, in several rounds that each begin anew.
+    Stochastic {
+        /// How much of the planned rounds is done, 0 to 1.
+        done: f64,
+    },
+}
+
 /// Progress of a solve.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveProgress {
-    /// Shots so far.
+    /// What it is doing.
+    pub phase: SolvePhase,
+    /// Shots by kernel so far.
     pub n_shots: usize,
-    /// Unshot power over emitted power.
+    /// Rays so far.
+    pub n_rays: u64,
+    /// Unshot power over emitted power; of the running round, when stochastic.
     pub unshot_share: f64,
+    /// The solve just went on from a checkpoint.
+    pub resumed: bool,
 }
 
 /// Why pass 1 failed.
@@ -138,6 +279,34 @@ pub enum SolveError {
     /// The caster failed.
     #[error(transparent)]
     Cast(#[from] CastError),
+    /// The scene is too large for an exact solve.
+    #[error(
+        "the exact solve takes at most {limit} patches, the mesh has {n_patches}: its matrices alone would take {:.1} GB; \
+         use fewer elements, or progressive refinement, without --exact", *bytes as f64 * 1e-9
+    )]
+    TooManyForExact {
+        /// Patches of the mesh.
+        n_patches: usize,
+        /// Patches at most.
+        limit: usize,
+        /// Memory that the matrices would take.
+        bytes: u64,
+    },
+    /// This program was built without the exact solve.
+    #[error("the exact solve is not in this program: it was built without the feature 'exact'")]
+    NoExact,
+    /// A checkpoint.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+}
+
+/// Where a solve begins.
+#[derive(Clone, Copy, Debug)]
+pub enum Start<'a> {
+    /// With nothing shot.
+    Anew,
+    /// With a solution of the same mesh in another light: only what changed is shot.
+    From(&'a Stored),
 }
 
 /// Runs pass 1.
@@ -151,7 +320,43 @@ pub fn solve(
     options: &SolveOptions,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    shooting::run(scene, mesh, caster, options, progress)
+    shooting::run(scene, mesh, caster, options, Start::Anew, None, progress)
+}
+
+/// Runs pass 1 from `start`, or from where `checkpoint` says that it got to; keeps its state there now and then.
+///
+/// # Errors
+/// [`SolveError`] when the caster fails, the checkpoint is of another solve, or the solve was asked to stop.
+pub fn solve_on(
+    scene: &Scene,
+    mesh: &Mesh,
+    caster: &mut dyn RayCaster,
+    options: &SolveOptions,
+    start: Start<'_>,
+    checkpoint: Option<&mut Checkpoint>,
+    progress: &mut dyn FnMut(SolveProgress),
+) -> Result<Solution, SolveError> {
+    shooting::run(scene, mesh, caster, options, start, checkpoint, progress)
+}
+
+/// Solves a small scene exactly, by a dense linear solve over its patches.
+///
+/// # Errors
+/// [`SolveError`] when there are too many patches, or the caster fails.
+pub fn solve_exactly(
+    scene: &Scene,
+    mesh: &Mesh,
+    caster: &mut dyn RayCaster,
+    options: &SolveOptions,
+    progress: &mut dyn FnMut(SolveProgress),
+) -> Result<Solution, SolveError> {
+    #[cfg(feature = "exact")]
+    return exact::run(scene, mesh, caster, options, progress);
+    #[cfg(not(feature = "exact"))]
+    {
+        let _ = (scene, mesh, caster, options, progress);
+        Err(SolveError::NoExact)
+    }
 }
 
 /// Irradiance at a free point, direct light integrated there and indirect gathered from `E_mean`.
@@ -174,5 +379,20 @@ pub fn probe(
     caster: &mut dyn RayCaster,
     points: &[ProbePoint],
 ) -> Result<Vec<SplitIrradiance>, SolveError> {
-    probe::run(scene, mesh, solution, caster, points)
+    probe::run(scene, mesh, solution, caster, points, &mut |_| {})
+}
+
+/// As [`probe`], of many points: `progress` gets the share of them that is done.
+///
+/// # Errors
+/// When the caster fails.
+pub fn probe_many(
+    scene: &Scene,
+    mesh: &Mesh,
+    solution: &Solution,
+    caster: &mut dyn RayCaster,
+    points: &[ProbePoint],
+    progress: &mut dyn FnMut(f64),
+) -> Result<Vec<SplitIrradiance>, SolveError> {
+    probe::run(scene, mesh, solution, caster, points, progress)
 }

@@ -49,13 +49,23 @@ impl SparseRow {
         }
     }
 
+    /// Calls `each(receiver, factor)` for the factors that are not 0, in order.
+    pub(super) fn for_each(&self, mut each: impl FnMut(usize, f64)) {
+        for block in 0..self.masks.len() {
+            self.for_block(block, |place, factor| each(block * ROW_BLOCK + place, factor));
+        }
+    }
+
     /// Sum over receivers of weight x factor.
     pub(super) fn weighted_sum(&self, weight: impl Fn(usize) -> f64) -> f64 {
         let mut sum = 0.0;
-        for block in 0..self.masks.len() {
-            self.for_block(block, |place, factor| sum += weight(block * ROW_BLOCK + place) * factor);
-        }
+        self.for_each(|receiver, factor| sum += weight(receiver) * factor);
         sum
+    }
+
+    /// Heap memory (bytes) of a row of `n` receivers that all see the shooter.
+    pub(super) fn max_bytes(n: usize) -> u64 {
+        (12 * n.div_ceil(ROW_BLOCK) + 4 * n) as u64
     }
 
     /// Heap memory (bytes).

@@ -1,52 +1,56 @@
-//! Progressive refinement: the patch with most unshot power shoots until little is left.
+//! Progressive refinement: the patch with most unshot power shoots until little is left, or the rest is shot
+//! stochastically.
 //!
 //! ```text
 //! lights --direct--> E, unshot E
-//! loop: patch with most unshot power --row of form factors--> E, unshot E of every element and vertex --> account
+//! steps of large scenes: parts of emitting surfaces (`emitters.rs`) --row--> direct E
+//! step: patch with most unshot power --row of form factors--> E, unshot E of every element and vertex --> account
+//! past `max_shooters`, or where rays are cheaper: steps of `stochastic/`
 //! ```
 //! Unshot radiosity of patch j: area mean over its elements of (M not yet shot + rho x E not yet shot). What M carries
 //! counts as direct, the rest as indirect. Source: Cohen, Chen, Wallace, Greenberg 1988.
 //!
 //! Rows are cast once and kept (`max_row_bytes`); a row that does not fit is cast again, the same rays, so the
-//! result does not depend on the memory (the number of rays cast does). Parallel over receivers, each written by one task: same bits for any
-//! number of threads. Not modelled: the ambient term (display only).
-
-use std::collections::BTreeMap;
+//! result does not depend on the memory (the number of rays cast does). Parallel over receivers, each written by one
+//! task: same bits for any number of threads. Not modelled: the ambient term (display only).
 
 use rayon::prelude::*;
 
-use super::form_factors::{Aim, FormFactors, Row, StrayShares};
+use super::checkpoint::Checkpoint;
+use super::emitters::{self, Emitter};
+use super::form_factors::{FormFactors, Row, ShooterId, StrayShares};
 use super::light_shots::{self, LightShot};
 use super::receivers::Receivers;
 use super::row::ROW_BLOCK;
-use super::{EnergyAccount, RowSumError, Solution, SolveError, SolveOptions, SolveProgress, SplitIrradiance};
+use super::rows::{self, RowStore};
+use super::state::{State, magnitude};
+use super::stochastic::{self, Stochastic};
+use super::{FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
+use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
-use crate::raycast::RayCaster;
-use crate::scene::Scene;
+use crate::raycast::{CastError, RayCaster};
+use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
 /// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
 /// errors of single ones average out, and rays would be spent fourfold.
 const MAX_FULL_SHOOTERS: usize = 256;
+/// The same where the rest is shot stochastically.
+const MAX_FULL_SHOOTERS_OF_MANY: usize = 16;
 /// Rows that are cast in one query, while there is memory to keep them: a command of the board is worth its set-up then,
 /// and its clusters get equal shares. What is cast ahead and never shoots is at most this many rows.
 const ROWS_PER_QUERY: usize = 16;
+/// But at most so many receivers' questions at once: they take about 100 bytes each.
+const RECEIVERS_PER_QUERY: usize = 4_000_000;
 /// Blocks of receivers that one task updates.
 const BLOCKS_PER_TASK: usize = 32;
 
 /// Reflectance and what is neither reflected nor absorbed, of one patch.
 #[derive(Clone, Copy)]
-struct PatchOptics {
-    reflectance: Rgb,
+pub(super) struct PatchOptics {
+    pub reflectance: Rgb,
     /// Specular and transmitted share.
-    passed: Rgb,
-}
-
-/// An element while power is shot.
-#[derive(Clone, Copy, Default)]
-struct ElementState {
-    irradiance: SplitIrradiance,
-    unshot: Rgb,
+    pub passed: Rgb,
 }
 
 pub(super) fn run(
@@ -54,286 +58,500 @@ pub(super) fn run(
     mesh: &Mesh,
     caster: &mut dyn RayCaster,
     options: &SolveOptions,
+    start: Start<'_>,
+    mut checkpoint: Option<&mut Checkpoint>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
     let offset_m = caster.surface_offset_m();
-    let receivers = Receivers::of(mesh, offset_m);
-    let factors = FormFactors {
-        mesh,
-        receivers: &receivers,
-        seed: options.seed,
-        offset_m,
-        dense: options.dense_visibility,
+    let mut solver = Solver::new(scene, mesh, options, offset_m);
+    let resumed =
+        checkpoint.as_mut().map_or(Ok(None), |c| c.resume(scene, mesh, options, start, offset_m))?;
+    let mut state = match (resumed, start) {
+        (Some(state), _) => {
+            progress(SolveProgress { resumed: true, ..solver.progress(&state) });
+            state
+        }
+        (None, Start::Anew) => solver.begin(caster)?,
+        (None, Start::From(stored)) => relight::begin(&mut solver, stored, caster)?,
     };
-    let mut state = State::new(scene, mesh, &receivers);
-    for light in &scene.lights {
-        state.add_light(&light_shots::shoot(mesh, &receivers, light, caster)?);
-    }
-    let n_emitters = state.unshot_exitance.iter().filter(|m| !m.is_black()).count();
-    let mut rows = RowStore::new(options.max_row_bytes);
-    let emitted = state.account.emitted_w.sum();
-    let is_full = |exitance: &[Rgb], patch: PatchId| {
-        n_emitters <= MAX_FULL_SHOOTERS && !exitance[patch.0 as usize].is_black()
-    };
-    while state.n_shots < options.max_shots {
-        let unshot = state.unshot_power_w();
-        if unshot <= options.unshot_share * emitted {
-            break;
-        }
-        let Some(patch) = state.strongest() else { break };
-        let cast;
-        let row = match rows.rows.get(&patch) {
-            Some(row) => row,
-            None => {
-                let batch: Vec<(PatchId, bool)> = state
-                    .strongest_without_row(&rows)
-                    .into_iter()
-                    .map(|patch| (patch, is_full(&state.exitance, patch)))
-                    .collect();
-                let (strays, n_stray_rays) = factors.stray_shares(&batch, caster)?;
-                let aims: Vec<Aim> = strays.iter().map(|(_, aim)| *aim).collect();
-                let mut batch_rows = factors.rows(&aims, caster)?;
-                state.n_rays += n_stray_rays + batch_rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
-                for ((stray, aim), (row, _)) in strays.iter().zip(&batch_rows) {
-                    rows.keep(mesh, aim.patch, row, *stray);
-                }
-                cast = batch_rows.swap_remove(0).0;
-                &cast
-            }
-        };
-        state.shoot(patch, row);
-        progress(SolveProgress { n_shots: state.n_shots, unshot_share: state.unshot_power_w() / emitted });
-    }
-    Ok(state.finish(&rows))
-}
-
-/// What is known of a patch whose row was cast.
-#[derive(Clone, Copy)]
-struct Known {
-    stray: StrayShares,
-    area_m2: f64,
-    row_sum: f64,
-}
-
-/// Rows kept, up to a bound of memory, and the record of every shooter.
-struct RowStore {
-    max_bytes: u64,
-    n_bytes: u64,
-    full: bool,
-    rows: BTreeMap<PatchId, Row>,
-    known: BTreeMap<PatchId, Known>,
-}
-
-impl RowStore {
-    fn new(max_bytes: u64) -> RowStore {
-        RowStore { max_bytes, n_bytes: 0, full: false, rows: BTreeMap::new(), known: BTreeMap::new() }
-    }
-
-    fn keep(&mut self, mesh: &Mesh, patch: PatchId, row: &Row, stray: StrayShares) {
-        self.known.entry(patch).or_insert_with(|| {
-            let area_m2 = mesh.patches[patch.0 as usize].area_m2;
-            let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
-            Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back }
-        });
-        if self.n_bytes + row.n_bytes() <= self.max_bytes {
-            self.n_bytes += row.n_bytes();
-            self.rows.insert(patch, row.clone());
-        } else {
-            self.full = true;
+    while solver.step(&mut state, caster)? {
+        progress(solver.progress(&state));
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.after_step(&state)?;
         }
     }
-
-    /// True once a row did not fit.
-    fn is_full(&self) -> bool {
-        self.full
-    }
-
-    fn row_sum_error(&self) -> RowSumError {
-        let (mut max, mut sum, mut area) = (0.0_f64, 0.0, 0.0);
-        for known in self.known.values() {
-            let error = (known.row_sum - 1.0).abs();
-            // A NaN must show, which `f64::max` would hide.
-            max = if error <= max { max } else { error };
-            sum += known.area_m2 * error;
-            area += known.area_m2;
-        }
-        RowSumError { max, mean: if area > 0.0 { sum / area } else { 0.0 } }
-    }
+    solver.finish(state, caster)
 }
 
-/// Everything that changes while power is shot.
-struct State<'a> {
-    mesh: &'a Mesh,
+/// What a solve needs beside its [`State`]: all of it follows from scene, mesh and options.
+pub(super) struct Solver<'a> {
+    pub scene: &'a Scene,
+    pub mesh: &'a Mesh,
+    options: &'a SolveOptions,
+    offset_m: f64,
     optics: Vec<PatchOptics>,
     exitance: Vec<Rgb>,
-    unshot_exitance: Vec<Rgb>,
-    elements: Vec<ElementState>,
-    vertices: Vec<SplitIrradiance>,
-    /// Unshot power of every patch (W).
-    unshot_w: Vec<Rgb>,
-    /// Power that every patch has shot (W).
-    shot_w: Vec<Rgb>,
-    account: EnergyAccount,
-    n_shots: usize,
-    n_rays: u64,
+    /// Of scenes that will end stochastically.
+    emitters: Vec<Emitter>,
+    /// While there are kernel shots.
+    receivers: Option<Receivers>,
+    rows: RowStore,
+    stochastic: Option<Stochastic<'a>>,
 }
 
-impl<'a> State<'a> {
-    fn new(scene: &Scene, mesh: &'a Mesh, receivers: &Receivers) -> State<'a> {
-        let surface = |p: &crate::mesh::Patch| &scene.surfaces[p.surface.0 as usize];
+impl<'a> Solver<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        mesh: &'a Mesh,
+        options: &'a SolveOptions,
+        offset_m: f64,
+    ) -> Solver<'a> {
         let optics = mesh.patches.iter().map(|p| {
-            let material = scene.material(surface(p));
+            let material = scene.material(&scene.surfaces[p.surface.0 as usize]);
             PatchOptics {
                 reflectance: material.reflectance,
                 passed: material.specular + material.transmission,
             }
         });
-        let exitance: Vec<Rgb> = mesh.patches.iter().map(|p| surface(p).exitance).collect();
-        let emitted_w = mesh.patches.iter().zip(&exitance).map(|(p, m)| *m * p.area_m2).sum();
-        let mut state = State {
+        Solver {
+            scene,
             mesh,
+            options,
+            offset_m,
             optics: optics.collect(),
-            unshot_exitance: exitance.clone(),
-            exitance,
-            elements: vec![ElementState::default(); receivers.n_elements()],
-            vertices: vec![SplitIrradiance::default(); mesh.vertices.len()],
-            unshot_w: Vec::new(),
-            shot_w: vec![Rgb::BLACK; mesh.patches.len()],
-            account: EnergyAccount { emitted_w, ..EnergyAccount::default() },
-            n_shots: 0,
-            n_rays: 0,
+            exitance: mesh.patches.iter().map(|p| scene.surfaces[p.surface.0 as usize].exitance).collect(),
+            emitters: match options.form_factors {
+                FormFactorMethod::Vertex if is_large(mesh, options) => emitters::of(scene, mesh),
+                _ => Vec::new(),
+            },
+            receivers: None,
+            rows: RowStore::default(),
+            stochastic: None,
+        }
+    }
+
+    /// The state before the first step: lights without area have shone, nothing was shot.
+    pub(super) fn begin(&mut self, caster: &mut dyn RayCaster) -> Result<State, SolveError> {
+        let mut state = State::new(self.scene, self.mesh);
+        for light in &self.scene.lights {
+            let shot = self.light_shot(light, caster)?;
+            add_light(&mut state, &shot, 1.0);
+        }
+        self.measure_unshot(&mut state);
+        Ok(state)
+    }
+
+    /// What a light without area does.
+    pub(super) fn light_shot(
+        &mut self,
+        light: &Light,
+        caster: &mut dyn RayCaster,
+    ) -> Result<LightShot, SolveError> {
+        let receivers = self.receivers.get_or_insert_with(|| Receivers::of(self.mesh, self.offset_m));
+        Ok(light_shots::shoot(self.mesh, receivers, light, caster)?)
+    }
+
+    pub(super) fn reflectance(&self, patch: PatchId) -> Rgb {
+        self.optics[patch.0 as usize].reflectance
+    }
+
+    /// One shot, or one chunk of stochastic rays; false, and nothing done, when the solve is over.
+    pub(super) fn step(&mut self, state: &mut State, caster: &mut dyn RayCaster) -> Result<bool, SolveError> {
+        if state.stochastic.is_none() {
+            let emitted = magnitude(state.account.emitted_w);
+            // A surface is not left with some of its parts shot: what is unshot is known by patch.
+            let may_shoot = state.n_shots < self.options.max_shots || self.is_inside_emitter(state);
+            if may_shoot && self.shoot_emitters(state, caster)? {
+                return Ok(true);
+            }
+            if state.n_shots >= self.options.max_shots
+                || state.unshot_power_w() <= self.options.unshot_share * emitted
+            {
+                return Ok(false);
+            }
+            let Some(patch) = strongest(state) else { return Ok(false) };
+            // Bundles shoot what elements received: the rest of a change of reflectance goes first.
+            let left_over = state.unshot_reflected.iter().position(|b| !b.is_black());
+            let turns = self.turns_stochastic(state, patch);
+            if !turns || left_over.is_some() {
+                let patch = left_over.filter(|_| turns).map_or(patch, |p| PatchId(p as u32));
+                self.shoot_strongest(state, patch, caster)?;
+                return Ok(true);
+            }
+            self.measure_reciprocity(state, caster)?;
+            self.receivers = None;
+            self.rows.clear();
+            state.stochastic = Some(stochastic::plan(self.mesh, &self.optics, self.options, state));
+        }
+        let stochastic = self.stochastic.get_or_insert_with(|| {
+            Stochastic::new(self.mesh, self.optics.iter().map(|o| o.reflectance).collect(), self.offset_m)
+        });
+        stochastic.step(state, self.options, caster)
+    }
+
+    pub(super) fn progress(&self, state: &State) -> SolveProgress {
+        let emitted = magnitude(state.account.emitted_w);
+        let share = |w: f64| if emitted > 0.0 { w / emitted } else { 0.0 };
+        let (phase, unshot_w) = match &state.stochastic {
+            None => (SolvePhase::Shots, state.unshot_power_w()),
+            Some(s) => (SolvePhase::Stochastic { done: s.done_share() }, s.unshot_power_w()),
         };
-        state.measure_unshot();
-        state
-    }
-
-    fn add_light(&mut self, shot: &LightShot) {
-        for (element, e) in self.elements.iter_mut().zip(&shot.elements) {
-            element.irradiance.direct += *e;
-            element.unshot += *e;
+        SolveProgress {
+            phase,
+            n_shots: state.n_shots,
+            n_rays: state.n_rays,
+            unshot_share: share(unshot_w),
+            resumed: false,
         }
-        for (vertex, e) in self.vertices.iter_mut().zip(&shot.vertices) {
-            vertex.direct += *e;
+    }
+
+    /// True when the next shot would be by a patch without a row and there have been enough of those: past
+    /// `max_shooters`, or where, in a scene that will get there, rays move the same power at the same error for less.
+    fn turns_stochastic(&self, state: &State, patch: PatchId) -> bool {
+        if self.options.form_factors == FormFactorMethod::Hemisphere {
+            return true;
         }
-        self.account.emitted_w += shot.power_w;
-        self.account.lost_w += shot.power_w * shot.stray.lost;
-        self.account.back_w += shot.power_w * shot.stray.back;
-        self.n_rays += shot.n_rays;
-        self.measure_unshot();
+        is_large(self.mesh, self.options)
+            && !state.known.contains_key(&patch.0)
+            && (state.known.len() >= self.options.max_shooters
+                || stochastic::is_cheaper(self.mesh, &self.optics, self.options, state, patch))
     }
 
-    /// Area mean of the unshot irradiance over a patch (W/m^2).
-    fn unshot_irradiance(&self, patch: usize) -> Rgb {
-        let p = &self.mesh.patches[patch];
-        let sum: Rgb = p
-            .elements
-            .clone()
-            .map(|e| self.elements[e as usize].unshot * self.mesh.elements[e as usize].area_m2)
-            .sum();
-        if p.area_m2 > 0.0 { sum / p.area_m2 } else { Rgb::BLACK }
+    fn need_receivers(&mut self) {
+        if self.receivers.is_none() {
+            self.receivers = Some(Receivers::of(self.mesh, self.offset_m));
+        }
     }
 
-    fn measure_unshot(&mut self) {
-        let this = &*self;
-        self.unshot_w = (0..this.mesh.patches.len())
-            .into_par_iter()
-            .with_min_len(512)
-            .map(|p| {
-                let reflected = this.optics[p].reflectance * this.unshot_irradiance(p);
-                (this.unshot_exitance[p] + reflected) * this.mesh.patches[p].area_m2
-            })
-            .collect();
+    fn shoot_strongest(
+        &mut self,
+        state: &mut State,
+        patch: PatchId,
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
+        self.need_receivers();
+        if self.rows.get(patch).is_none() && state.kept.patches.contains(&patch.0) {
+            let (mut batch, _) = self.cast_rows(&[ShooterId::Patch(patch)], caster)?;
+            self.rows.restore(patch, batch.swap_remove(0).0);
+        }
+        if let Some(row) = self.rows.get(patch) {
+            shoot(self.mesh, &self.optics, state, patch, row);
+        } else {
+            let patches = self.strongest_without_row(state);
+            let shooters: Vec<ShooterId> = patches.iter().copied().map(ShooterId::Patch).collect();
+            let (mut batch, n_rays) = self.cast_rows(&shooters, caster)?;
+            state.n_rays += n_rays;
+            for (patch, (row, stray)) in patches.iter().zip(&batch) {
+                self.rows.keep(state, self.mesh, *patch, row, *stray, self.options.max_row_bytes);
+            }
+            let (row, _) = batch.swap_remove(0);
+            shoot(self.mesh, &self.optics, state, patch, &row);
+        }
+        self.measure_unshot(state);
+        Ok(())
     }
 
-    /// Unshot power of all patches and channels (W).
-    fn unshot_power_w(&self) -> f64 {
-        self.unshot_w.iter().map(|w| w.sum()).sum()
+    /// Casts rows and keeps them, whatever memory they take.
+    #[cfg(feature = "exact")]
+    pub(super) fn cast_and_keep(
+        &mut self,
+        state: &mut State,
+        patches: &[PatchId],
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
+        self.need_receivers();
+        let shooters: Vec<ShooterId> = patches.iter().map(|p| ShooterId::Patch(*p)).collect();
+        let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
+        state.n_rays += n_rays;
+        for (patch, (row, stray)) in patches.iter().zip(&batch) {
+            self.rows.keep(state, self.mesh, *patch, row, *stray, u64::MAX);
+        }
+        Ok(())
     }
 
-    /// The patch with most unshot power, the first of equals; `None` when nothing is left.
-    fn strongest(&self) -> Option<PatchId> {
-        let mut best = (0.0, None);
-        for (p, w) in self.unshot_w.iter().enumerate() {
-            if w.sum() > best.0 {
-                best = (w.sum(), Some(PatchId(p as u32)));
+    /// A row at hand.
+    #[cfg(feature = "exact")]
+    pub(super) fn row(&self, patch: PatchId) -> Option<&Row> {
+        self.rows.get(patch)
+    }
+
+    /// True when some parts of an emitting surface have shot, and others have not.
+    fn is_inside_emitter(&self, state: &State) -> bool {
+        let last = (state.n_emitters as usize).checked_sub(1);
+        last.and_then(|e| self.emitters.get(e)).is_some_and(|emitter| !emitter.is_last)
+    }
+
+    /// Shoots the next parts of emitting surfaces, as many as are cast in one query; false when there are none left.
+    pub(super) fn shoot_emitters(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<bool, SolveError> {
+        let n = self.emitters.len();
+        let unshot = |e: &usize| !state.unshot_exitance[self.emitters[*e].patches.0 as usize].is_black();
+        let Some(first) = (state.n_emitters as usize..n).find(unshot) else {
+            state.n_emitters = n as u32;
+            return Ok(false);
+        };
+        let last = (first..n).find(|e| !unshot(e)).unwrap_or(n);
+        self.need_receivers();
+        let last = (first + self.rows_per_query()).min(last);
+        let shooters: Vec<ShooterId> = (first..last).map(|e| ShooterId::Emitter(e as u32)).collect();
+        let (batch, n_rays) = self.cast_rows(&shooters, caster)?;
+        state.n_rays += n_rays;
+        for (e, (row, stray)) in (first..last).zip(&batch) {
+            let Emitter { area_m2, patches, is_last, .. } = self.emitters[e];
+            // All patches of the surface have the same.
+            let exitance = state.unshot_exitance[patches.0 as usize];
+            add_row(state, exitance, Rgb::BLACK, row);
+            let power_w = exitance * area_m2;
+            state.account.lost_w += power_w * stray.lost;
+            state.account.back_w += power_w * stray.back;
+            state
+                .known
+                .insert((self.mesh.patches.len() + e) as u32, rows::known(self.mesh, area_m2, row, *stray));
+            state.n_shots += 1;
+            if is_last {
+                for p in patches.0..patches.1 {
+                    state.unshot_exitance[p as usize] = Rgb::BLACK;
+                }
             }
         }
-        best.1
+        state.n_emitters = last as u32;
+        self.measure_unshot(state);
+        Ok(true)
+    }
+
+    /// Rows of shooters, and how many rays they took.
+    fn cast_rows(
+        &self,
+        shooters: &[ShooterId],
+        caster: &mut dyn RayCaster,
+    ) -> Result<(Vec<(Row, StrayShares)>, u64), CastError> {
+        let Some(receivers) = &self.receivers else { return Ok((Vec::new(), 0)) };
+        let factors = FormFactors {
+            mesh: self.mesh,
+            receivers,
+            emitters: &self.emitters,
+            seed: self.options.seed,
+            offset_m: self.offset_m,
+            dense: self.options.dense_visibility,
+        };
+        let n_emitters = self.exitance.iter().filter(|m| !m.is_black()).count();
+        let max_full = match is_large(self.mesh, self.options) {
+            true => MAX_FULL_SHOOTERS_OF_MANY,
+            false => MAX_FULL_SHOOTERS,
+        };
+        let is_full = |shooter: &ShooterId| match shooter {
+            ShooterId::Patch(patch) => n_emitters <= max_full && !self.exitance[patch.0 as usize].is_black(),
+            ShooterId::Emitter(_) => false,
+        };
+        let wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
+        let (strays, n_stray_rays) = factors.stray_shares(&wanted, caster)?;
+        let (strays, aims): (Vec<_>, Vec<_>) = strays.into_iter().unzip();
+        let rows = factors.rows(&aims, caster)?;
+        let n_rays = n_stray_rays + rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
+        Ok((rows.into_iter().map(|(row, _)| row).zip(strays).collect(), n_rays))
+    }
+
+    fn rows_per_query(&self) -> usize {
+        let n_receivers = self.receivers.as_ref().map_or(1, |r| r.all.len().max(1));
+        ROWS_PER_QUERY.min(RECEIVERS_PER_QUERY / n_receivers).max(1)
     }
 
     /// The patches with most unshot power that have no row yet, strongest first: theirs are cast next, in one query.
-    fn strongest_without_row(&self, rows: &RowStore) -> Vec<PatchId> {
+    fn strongest_without_row(&self, state: &State) -> Vec<PatchId> {
+        let n_rows = if state.kept.full { 1 } else { self.rows_per_query() };
         let mut patches: Vec<(f64, PatchId)> = (0..)
             .map(PatchId)
-            .zip(&self.unshot_w)
-            .map(|(patch, w)| (w.sum(), patch))
-            .filter(|(power_w, patch)| *power_w > 0.0 && !rows.rows.contains_key(patch))
+            .zip(&state.unshot_w)
+            .map(|(patch, w)| (magnitude(*w), patch))
+            .filter(|(power_w, patch)| *power_w > 0.0 && !state.kept.patches.contains(&patch.0))
             .collect();
-        patches.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        patches.truncate(if rows.is_full() { 1 } else { ROWS_PER_QUERY });
+        let order = |a: &(f64, PatchId), b: &(f64, PatchId)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+        if patches.len() > n_rows {
+            patches.select_nth_unstable_by(n_rows - 1, order);
+            patches.truncate(n_rows);
+        }
+        patches.sort_by(order);
         patches.into_iter().map(|(_, patch)| patch).collect()
     }
 
-    fn shoot(&mut self, patch: PatchId, row: &Row) {
-        let p = patch.0 as usize;
-        let direct = std::mem::take(&mut self.unshot_exitance[p]);
-        let indirect = self.optics[p].reflectance * self.unshot_irradiance(p);
-        let total = direct + indirect;
-        for e in self.mesh.patches[p].elements.clone() {
-            self.elements[e as usize].unshot = Rgb::BLACK;
-        }
-        let per_task = BLOCKS_PER_TASK * ROW_BLOCK;
-        self.elements.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
-            for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
-                row.elements.for_block(task * BLOCKS_PER_TASK + b, |place, f| {
-                    let element = &mut block[place];
-                    element.irradiance.direct += direct * f;
-                    element.irradiance.indirect += indirect * f;
-                    element.unshot += total * f;
-                });
-            }
-        });
-        self.vertices.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
-            for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
-                row.vertices.for_block(task * BLOCKS_PER_TASK + b, |place, f| {
-                    block[place].direct += direct * f;
-                    block[place].indirect += indirect * f;
-                });
-            }
-        });
-        self.shot_w[p] += total * self.mesh.patches[p].area_m2;
-        self.n_shots += 1;
-        self.measure_unshot();
+    pub(super) fn measure_unshot(&self, state: &mut State) {
+        let this = &*state;
+        let unshot_w = (0..self.mesh.patches.len())
+            .into_par_iter()
+            .with_min_len(512)
+            .map(|p| {
+                let reflected = this.unshot_reflected[p] + self.newly_reflected(this, p);
+                (this.unshot_exitance[p] + reflected) * self.mesh.patches[p].area_m2
+            })
+            .collect();
+        state.unshot_w = unshot_w;
     }
 
-    fn finish(mut self, rows: &RowStore) -> Solution {
-        let account = &mut self.account;
-        for (patch, known) in &rows.known {
-            let power_w = self.shot_w[patch.0 as usize];
+    /// What a patch has to shoot of what its elements received (W/m^2).
+    fn newly_reflected(&self, state: &State, patch: usize) -> Rgb {
+        self.optics[patch].reflectance * state.unshot_irradiance(self.mesh, patch)
+    }
+
+    /// Compares the rows that are kept, before they are given up; those that are not at hand are cast again.
+    fn measure_reciprocity(
+        &mut self,
+        state: &mut State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<(), SolveError> {
+        let power_w = |patch: &u32| magnitude(state.shot_w[*patch as usize]);
+        let mut patches: Vec<u32> = state.kept.patches.iter().copied().filter(|p| power_w(p) > 0.0).collect();
+        patches.sort_by(|a, b| power_w(b).total_cmp(&power_w(a)).then(a.cmp(b)));
+        patches.truncate(diagnostics::MAX_ROWS);
+        let missing = patches.iter().map(|p| PatchId(*p)).filter(|p| self.rows.get(*p).is_none());
+        let missing: Vec<PatchId> = missing.collect();
+        if !missing.is_empty() {
+            self.need_receivers();
+        }
+        for batch in missing.chunks(ROWS_PER_QUERY) {
+            let shooters: Vec<ShooterId> = batch.iter().copied().map(ShooterId::Patch).collect();
+            let (rows, _) = self.cast_rows(&shooters, caster)?;
+            for (patch, (row, _)) in batch.iter().zip(rows) {
+                self.rows.restore(*patch, row);
+            }
+        }
+        let rows = patches.iter().filter_map(|p| Some((PatchId(*p), self.rows.get(PatchId(*p))?)));
+        state.reciprocity = Some(diagnostics::reciprocity(self.mesh, &rows.collect::<Vec<_>>()));
+        Ok(())
+    }
+
+    /// The solution of a state, converged or not.
+    pub(super) fn finish(
+        mut self,
+        mut state: State,
+        caster: &mut dyn RayCaster,
+    ) -> Result<Solution, SolveError> {
+        if state.reciprocity.is_none() {
+            self.measure_reciprocity(&mut state, caster)?;
+        }
+        let error = match state.stochastic.take() {
+            Some(s) => {
+                let error = s.finish(self.mesh, self.scene.surfaces.len(), &mut state);
+                self.measure_unshot(&mut state);
+                Some(error)
+            }
+            None => None,
+        };
+        let mut account = state.account;
+        for (patch, known) in &state.known {
+            // Parts of emitting surfaces are in the account already.
+            let Some(power_w) = state.shot_w.get(*patch as usize).copied() else { continue };
             account.lost_w += power_w * known.stray.lost;
             account.back_w += power_w * known.stray.back;
         }
-        for (element, state) in self.mesh.elements.iter().zip(&self.elements) {
+        for (element, e) in self.mesh.elements.iter().zip(&state.elements) {
             let optics = &self.optics[element.patch.0 as usize];
-            let incident_w = state.irradiance.total() * element.area_m2;
+            let incident_w = e.irradiance.total() * element.area_m2;
             account.specular_w += optics.passed * incident_w;
             account.absorbed_w += (Rgb::WHITE - optics.reflectance - optics.passed) * incident_w;
         }
-        account.unshot_w = self.unshot_w.iter().copied().sum();
+        account.unshot_w = state.unshot_w.iter().copied().sum();
         account.residual_w = account.emitted_w
             - account.absorbed_w
             - account.unshot_w
             - account.lost_w
             - account.specular_w
             - account.back_w;
-        Solution {
-            element_irradiance: self.elements.iter().map(|e| e.irradiance).collect(),
-            vertex_irradiance: self.vertices,
-            account: self.account,
-            n_shots: self.n_shots,
-            n_shooters: self.shot_w.iter().filter(|w| !w.is_black()).count(),
-            n_rays: self.n_rays,
-            row_sum_error: rows.row_sum_error(),
+        let unshot = (0..self.mesh.patches.len()).map(|p| UnshotRadiosity {
+            emitted: state.unshot_exitance[p],
+            reflected: state.unshot_reflected[p] + self.newly_reflected(&state, p),
+        });
+        Ok(Solution {
+            unshot: unshot.collect(),
+            element_irradiance: state.elements.iter().map(|e| e.irradiance).collect(),
+            row_sum_error: state.row_sum_error(),
+            vertex_irradiance: state.vertices,
+            account,
+            n_shots: state.n_shots,
+            n_shooters: state.shot_w.iter().filter(|w| !w.is_black()).count() + state.n_emitters as usize,
+            n_rays: state.n_rays,
+            reciprocity: state.reciprocity.unwrap_or_default(),
+            error_estimate: relight::combined(state.earlier_error, error),
+            shooters: state.known.iter().map(|(patch, known)| known.record(*patch)).collect(),
+            earlier: state.earlier,
+            exact: false,
+        })
+    }
+}
+
+/// True for scenes that will end stochastically, if they do not end before.
+fn is_large(mesh: &Mesh, options: &SolveOptions) -> bool {
+    mesh.patches.len() > options.max_shooters
+}
+
+/// The patch with most unshot power, the first of equals; `None` when nothing is left.
+fn strongest(state: &State) -> Option<PatchId> {
+    let mut best = (0.0, None);
+    for (p, w) in state.unshot_w.iter().enumerate() {
+        if magnitude(*w) > best.0 {
+            best = (magnitude(*w), Some(PatchId(p as u32)));
         }
     }
+    best.1
+}
+
+/// Adds what a light does, `share` times.
+pub(super) fn add_light(state: &mut State, shot: &LightShot, share: f64) {
+    for (element, e) in state.elements.iter_mut().zip(&shot.elements) {
+        element.irradiance.direct += *e * share;
+        element.unshot += *e * share;
+    }
+    for (vertex, e) in state.vertices.iter_mut().zip(&shot.vertices) {
+        vertex.direct += *e * share;
+    }
+    let power_w = shot.power_w * share;
+    state.account.emitted_w += power_w;
+    state.account.lost_w += power_w * shot.stray.lost;
+    state.account.back_w += power_w * shot.stray.back;
+    state.n_rays += shot.n_rays;
+}
+
+/// A patch shoots all that it has not shot yet.
+fn shoot(mesh: &Mesh, optics: &[PatchOptics], state: &mut State, patch: PatchId, row: &Row) {
+    let p = patch.0 as usize;
+    let direct = std::mem::take(&mut state.unshot_exitance[p]);
+    let left_over = std::mem::take(&mut state.unshot_reflected[p]);
+    let indirect = left_over + optics[p].reflectance * state.unshot_irradiance(mesh, p);
+    for e in mesh.patches[p].elements.clone() {
+        state.elements[e as usize].unshot = Rgb::BLACK;
+    }
+    deposit(mesh, state, patch, direct, indirect, row);
+}
+
+/// Radiosity `direct` and `indirect` (W/m^2) of a patch arrives everywhere.
+pub(super) fn deposit(mesh: &Mesh, state: &mut State, patch: PatchId, direct: Rgb, indirect: Rgb, row: &Row) {
+    add_row(state, direct, indirect, row);
+    state.shot_w[patch.0 as usize] += (direct + indirect) * mesh.patches[patch.0 as usize].area_m2;
+    state.n_shots += 1;
+}
+
+/// What a shooter of these radiosities (W/m^2) adds everywhere.
+fn add_row(state: &mut State, direct: Rgb, indirect: Rgb, row: &Row) {
+    let total = direct + indirect;
+    let per_task = BLOCKS_PER_TASK * ROW_BLOCK;
+    state.elements.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
+        for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
+            row.elements.for_block(task * BLOCKS_PER_TASK + b, |place, f| {
+                let element = &mut block[place];
+                element.irradiance.direct += direct * f;
+                element.irradiance.indirect += indirect * f;
+                element.unshot += total * f;
+            });
+        }
+    });
+    state.vertices.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
+        for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
+            row.vertices.for_block(task * BLOCKS_PER_TASK + b, |place, f| {
+                block[place].direct += direct * f;
+                block[place].indirect += indirect * f;
+            });
+        }
+    });
 }

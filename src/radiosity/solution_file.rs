@@ -1,108 +1,134 @@
 //! The `.radsol` file: a solution on disk, refused when damaged or made for another scene.
 //!
 //! ```text
-//! byte 0   magic "RADSOL\r\n"          8 bytes
-//!      8   version                    u32, little endian
-//!     12   length of the body         u64
-//!     20   CRC-32 of the body         u32
-//!     24   body: postcard of (fingerprint u64, SolveOptions, Solution)
+//! frame of framed_file.rs, magic "RADSOL\r\n"; its body, sections one behind the other, each in postcard's encoding:
+//!   GEOM   hash of the mesh; numbers of its elements, vertices, patches
+//!   TREE   how the patches are cut into elements                            -> Subdivision
+//!   LITE   emission and reflection of every surface, lights                 -> Lighting
+//!   OPTS   options that it was solved with                                  -> SolveOptions
+//!   FACT   energy account, counts, errors of the form factors               -> Facts
+//!   ELEM   irradiance of every element         VERT   of every vertex
+//!   REST   unshot radiosity of every patch     SHOT   record of every patch whose form factors were cast
 //! ```
-//! The fingerprint is a hash of everything that pass 1 reads of scene and mesh: geometry, materials, lights. The
-//! file is replaced atomically: readers see the old one or the new one, never half a file.
+//! docs/radsol.md describes every byte.
 
-use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use atomic_write_file::AtomicWriteFile;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Solution, SolveOptions};
-use crate::mesh::Mesh;
-use crate::scene::{Light, Scene};
-use crate::units::Rgb;
+use super::lighting::Lighting;
+use super::{EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, ShooterRecord};
+use super::{Solution, SolveOptions, SplitIrradiance, UnshotRadiosity};
+use crate::framed_file::{FramedFileError, Kind, encode, put_section};
+use crate::mesh::{Mesh, Subdivision};
+use crate::scene::Scene;
 
-/// First bytes of every solution file; the line end shows transfers in text mode.
-const MAGIC: [u8; 8] = *b"RADSOL\r\n";
-/// Version of the body's layout.
-pub const VERSION: u32 = 1;
-/// Bytes before the body.
-const HEADER_BYTES: usize = 24;
+/// The kind of these files.
+const KIND: Kind = Kind { magic: *b"RADSOL\r\n", version: 3, name: "a solution file", sectioned: true };
 
 /// Why a solution file was not written or not read.
 #[derive(Debug, thiserror::Error)]
 pub enum SolutionFileError {
-    /// The file system refused.
-    #[error("{}: {error}", path.display())]
-    Io {
+    /// It cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FramedFileError),
+    /// The solution belongs to another geometry, or to another mesh of it.
+    #[error(
+        "{}: made for another geometry or another mesh of it: {what}; a solution is of use for the scene, --elements and \
+         kind of meshing that it was solved with", path.display()
+    )]
+    OtherGeometry {
         /// The file.
         path: PathBuf,
-        /// What the system said.
-        #[source]
-        error: io::Error,
-    },
-    /// Another kind of file.
-    #[error("{}: not a solution file (it does not start with RADSOL)", path.display())]
-    NotASolution {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A layout that this program does not read.
-    #[error("{}: version {found} of the format; this program reads version {VERSION}", path.display())]
-    Version {
-        /// The file.
-        path: PathBuf,
-        /// The version it states.
-        found: u32,
-    },
-    /// Bytes are missing or left over.
-    #[error("{}: {found_bytes} bytes long, its header says {expected_bytes}", path.display())]
-    Length {
-        /// The file.
-        path: PathBuf,
-        /// Length of the file.
-        found_bytes: u64,
-        /// Length that the header asks for.
-        expected_bytes: u64,
-    },
-    /// The bytes are not those that were written.
-    #[error("{}: damaged: checksum {found:08x}, its header says {expected:08x}", path.display())]
-    Checksum {
-        /// The file.
-        path: PathBuf,
-        /// Of the body as read.
-        found: u32,
-        /// In the header.
-        expected: u32,
-    },
-    /// The body does not hold a solution.
-    #[error("{}: the body is no solution: {what}", path.display())]
-    Body {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
+        /// What differs.
         what: String,
     },
-    /// The solution belongs to another scene or another mesh of it.
+    /// The solution belongs to the same geometry, lit or reflecting otherwise.
     #[error(
-        "{}: made for another scene, or the scene was changed since (fingerprint {found:016x}, the scene has \
-         {expected:016x})", path.display()
+        "{}: made with {what}: the geometry is the same, `radeng solve --continue-from` goes on from it",
+        path.display()
     )]
-    OtherScene {
+    OtherLighting {
         /// The file.
         path: PathBuf,
-        /// Fingerprint in the file.
-        found: u64,
-        /// Fingerprint of the scene.
-        expected: u64,
+        /// What differs.
+        what: String,
     },
+}
+
+/// A solution with what it was made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored {
+    /// The solution.
+    pub solution: Solution,
+    /// The options that it was solved with.
+    pub options: SolveOptions,
+    /// The lighting that it was solved for.
+    pub lighting: Lighting,
+}
+
+impl Stored {
+    /// A checksum of what a solve that goes on from it depends on.
+    pub(super) fn crc(&self) -> u32 {
+        let Solution { element_irradiance, vertex_irradiance, unshot, .. } = &self.solution;
+        crc32fast::hash(&encode(&(&self.lighting, element_irradiance, vertex_irradiance, unshot)))
+    }
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Geometry {
+    hash: u64,
+    n_elements: u64,
+    n_vertices: u64,
+    n_patches: u64,
+}
+
+impl Geometry {
+    fn of(scene: &Scene, mesh: &Mesh) -> Geometry {
+        Geometry {
+            hash: geometry_hash(scene, mesh),
+            n_elements: mesh.elements.len() as u64,
+            n_vertices: mesh.vertices.len() as u64,
+            n_patches: mesh.patches.len() as u64,
+        }
+    }
+
+    fn difference(&self, now: &Geometry) -> Option<String> {
+        let counts = |g: &Geometry| {
+            format!("{} elements, {} vertices, {} patches", g.n_elements, g.n_vertices, g.n_patches)
+        };
+        if self == now {
+            None
+        } else if counts(self) != counts(now) {
+            Some(format!("{}, the scene has {}", counts(self), counts(now)))
+        } else {
+            Some(format!(
+                "the positions of its vertices (hash {:016x}, the scene has {:016x})",
+                self.hash, now.hash
+            ))
+        }
+    }
+}
+
+/// What is told of a solution in few bytes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Facts {
+    account: EnergyAccount,
+    n_shots: u64,
+    n_shooters: u64,
+    n_rays: u64,
+    row_sum_error: RowSumError,
+    reciprocity: ReciprocityError,
+    error_estimate: Option<ErrorEstimate>,
+    earlier: Option<EarlierWork>,
+    exact: bool,
 }
 
 /// Writes a solution, replacing the file atomically.
 ///
 /// # Errors
-/// [`SolutionFileError::Io`] when the file system refuses; the previous file is then untouched.
+/// [`FramedFileError::Io`] when the file system refuses; the previous file is then untouched.
 pub fn save(
     path: &Path,
     scene: &Scene,
@@ -110,12 +136,9 @@ pub fn save(
     options: &SolveOptions,
     solution: &Solution,
 ) -> Result<(), SolutionFileError> {
-    let io = |error| SolutionFileError::Io { path: path.to_path_buf(), error };
-    let bytes = encode(&Body { fingerprint: fingerprint(scene, mesh), options: *options, solution })
-        .map_err(|error| io(io::Error::other(error)))?;
-    let mut file = AtomicWriteFile::open(path).map_err(io)?;
-    file.write_all(&bytes).map_err(io)?;
-    file.commit().map_err(io)
+    let body =
+        body_of(&Geometry::of(scene, mesh), &mesh.subdivision(), &Lighting::of(scene), options, solution);
+    Ok(KIND.write(path, &body)?)
 }
 
 /// Reads a solution of `scene` as meshed in `mesh`, and the options that it was made with.
@@ -123,119 +146,134 @@ pub fn save(
 /// # Errors
 /// One [`SolutionFileError`] for every way in which the file can be wrong.
 pub fn load(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<(Solution, SolveOptions), SolutionFileError> {
-    let bytes = fs::read(path).map_err(|error| SolutionFileError::Io { path: path.to_path_buf(), error })?;
-    let body = decode(path, &bytes)?;
-    let expected = fingerprint(scene, mesh);
-    if body.fingerprint != expected {
-        return Err(SolutionFileError::OtherScene {
-            path: path.to_path_buf(),
-            found: body.fingerprint,
-            expected,
-        });
+    let Stored { solution, options, lighting } = load_of_geometry(path, scene, mesh)?;
+    match lighting.difference(scene) {
+        None => Ok((solution, options)),
+        Some(what) => Err(SolutionFileError::OtherLighting { path: path.to_path_buf(), what }),
     }
-    let lengths = (body.solution.element_irradiance.len(), body.solution.vertex_irradiance.len());
-    if lengths != (mesh.elements.len(), mesh.vertices.len()) {
-        let what = format!(
-            "{} elements and {} vertices, the mesh has {} and {}",
-            lengths.0,
-            lengths.1,
-            mesh.elements.len(),
-            mesh.vertices.len()
-        );
-        return Err(SolutionFileError::Body { path: path.to_path_buf(), what });
+}
+
+/// Reads a solution of the geometry of `scene` as meshed in `mesh`, whatever its lighting.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_of_geometry(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<Stored, SolutionFileError> {
+    let (geometry, stored) = decode(path, &KIND.read(path)?)?;
+    match geometry.difference(&Geometry::of(scene, mesh)) {
+        None => Ok(stored),
+        Some(what) => Err(SolutionFileError::OtherGeometry { path: path.to_path_buf(), what }),
     }
-    Ok((body.solution, body.options))
 }
 
-#[derive(Serialize, Deserialize)]
-struct Body<S> {
-    fingerprint: u64,
-    options: SolveOptions,
-    solution: S,
+/// The mesh of `scene` that a solution was made on, where the file cuts the patches of `mesh` otherwise than it does.
+///
+/// `None` also where the file is of another number of patches: [`load`] says so then.
+///
+/// # Errors
+/// As [`load`], of a file that is damaged.
+pub fn remeshed(path: &Path, scene: &Scene, mesh: &Mesh) -> Result<Option<Mesh>, SolutionFileError> {
+    let body = KIND.read(path)?;
+    let rest = &mut &*body;
+    let _: Geometry = KIND.section(path, rest, *b"GEOM")?;
+    let subdivision: Subdivision = KIND.section(path, rest, *b"TREE")?;
+    if subdivision.n_patches() as usize != mesh.patches.len() || subdivision == mesh.subdivision() {
+        return Ok(None);
+    }
+    let remeshed = Mesh::build_with(scene, &subdivision);
+    Ok(Some(remeshed.map_err(|fault| KIND.fault(path, format!("TREE: {fault}")))?))
 }
 
-fn encode(body: &Body<&Solution>) -> Result<Vec<u8>, postcard::Error> {
-    let body = postcard::to_stdvec(body)?;
-    let mut bytes = Vec::with_capacity(HEADER_BYTES + body.len());
-    bytes.extend(MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend((body.len() as u64).to_le_bytes());
-    bytes.extend(crc32fast::hash(&body).to_le_bytes());
-    bytes.extend(body);
-    Ok(bytes)
-}
-
-fn decode(path: &Path, bytes: &[u8]) -> Result<Body<Solution>, SolutionFileError> {
-    let path = || path.to_path_buf();
-    let length = |expected_bytes| SolutionFileError::Length {
-        path: path(),
-        found_bytes: bytes.len() as u64,
-        expected_bytes,
+fn body_of(
+    geometry: &Geometry,
+    subdivision: &Subdivision,
+    lighting: &Lighting,
+    options: &SolveOptions,
+    solution: &Solution,
+) -> Vec<u8> {
+    let facts = Facts {
+        account: solution.account,
+        n_shots: solution.n_shots as u64,
+        n_shooters: solution.n_shooters as u64,
+        n_rays: solution.n_rays,
+        row_sum_error: solution.row_sum_error,
+        reciprocity: solution.reciprocity,
+        error_estimate: solution.error_estimate.clone(),
+        earlier: solution.earlier,
+        exact: solution.exact,
     };
-    let magic = &bytes[..bytes.len().min(MAGIC.len())];
-    if magic.is_empty() || *magic != MAGIC[..magic.len()] {
-        return Err(SolutionFileError::NotASolution { path: path() });
-    }
-    let Some((header, body)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
-        return Err(length(HEADER_BYTES as u64));
-    };
-    let u32_at = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| header[at + i]));
-    let found = u32_at(8);
-    if found != VERSION {
-        return Err(SolutionFileError::Version { path: path(), found });
-    }
-    let body_bytes = u64::from(u32_at(12)) | u64::from(u32_at(16)) << 32;
-    if body_bytes != body.len() as u64 {
-        return Err(length(body_bytes.saturating_add(HEADER_BYTES as u64)));
-    }
-    let (found, expected) = (crc32fast::hash(body), u32_at(20));
-    if found != expected {
-        return Err(SolutionFileError::Checksum { path: path(), found, expected });
-    }
-    match postcard::take_from_bytes(body) {
-        Ok((body, [])) => Ok(body),
-        Ok((_, rest)) => {
-            Err(SolutionFileError::Body { path: path(), what: format!("{} bytes left over", rest.len()) })
+    let mut body = Vec::new();
+    put_section(&mut body, *b"GEOM", geometry);
+    put_section(&mut body, *b"TREE", subdivision);
+    put_section(&mut body, *b"LITE", lighting);
+    put_section(&mut body, *b"OPTS", options);
+    put_section(&mut body, *b"FACT", &facts);
+    put_section(&mut body, *b"ELEM", &solution.element_irradiance);
+    put_section(&mut body, *b"VERT", &solution.vertex_irradiance);
+    put_section(&mut body, *b"REST", &solution.unshot);
+    put_section(&mut body, *b"SHOT", &solution.shooters);
+    body
+}
+
+fn decode(path: &Path, body: &[u8]) -> Result<(Geometry, Stored), FramedFileError> {
+    let rest = &mut &*body;
+    let geometry: Geometry = KIND.section(path, rest, *b"GEOM")?;
+    let _: Subdivision = KIND.section(path, rest, *b"TREE")?;
+    let lighting: Lighting = KIND.section(path, rest, *b"LITE")?;
+    let options: SolveOptions = KIND.section(path, rest, *b"OPTS")?;
+    let facts: Facts = KIND.section(path, rest, *b"FACT")?;
+    let element_irradiance: Vec<SplitIrradiance> = KIND.section(path, rest, *b"ELEM")?;
+    let vertex_irradiance: Vec<SplitIrradiance> = KIND.section(path, rest, *b"VERT")?;
+    let unshot: Vec<UnshotRadiosity> = KIND.section(path, rest, *b"REST")?;
+    let shooters: Vec<ShooterRecord> = KIND.section(path, rest, *b"SHOT")?;
+    KIND.end(path, rest)?;
+    let fault = |what: String| Err(KIND.fault(path, what));
+    for (name, found, stated) in [
+        ("ELEM", element_irradiance.len(), geometry.n_elements),
+        ("VERT", vertex_irradiance.len(), geometry.n_vertices),
+        ("REST", unshot.len(), geometry.n_patches),
+    ] {
+        if found as u64 != stated {
+            return fault(format!("{found} entries in {name}, GEOM says {stated}"));
         }
-        Err(error) => Err(SolutionFileError::Body { path: path(), what: error.to_string() }),
     }
+    let finite = |e: &SplitIrradiance| e.direct.is_finite() && e.indirect.is_finite();
+    for (name, list) in [("ELEM", &element_irradiance), ("VERT", &vertex_irradiance)] {
+        if let Some(i) = list.iter().position(|e| !finite(e)) {
+            return fault(format!("entry {i} of {name} is no finite irradiance"));
+        }
+    }
+    if let Some(i) = unshot.iter().position(|u| !(u.emitted.is_finite() && u.reflected.is_finite())) {
+        return fault(format!("entry {i} of REST is no finite radiosity"));
+    }
+    if let Some(what) = lighting.fault() {
+        return fault(what);
+    }
+    let solution = Solution {
+        element_irradiance,
+        vertex_irradiance,
+        account: facts.account,
+        n_shots: facts.n_shots as usize,
+        n_shooters: facts.n_shooters as usize,
+        n_rays: facts.n_rays,
+        row_sum_error: facts.row_sum_error,
+        reciprocity: facts.reciprocity,
+        error_estimate: facts.error_estimate,
+        unshot,
+        shooters,
+        earlier: facts.earlier,
+        exact: facts.exact,
+    };
+    Ok((geometry, Stored { solution, options, lighting }))
 }
 
-/// A hash of everything that pass 1 reads of a scene and its mesh: equal for equal input, on every machine.
+/// A hash of a scene's geometry as meshed: equal for equal input, on every machine.
 ///
 /// Source: FNV-1a, 64 bits, over the bits of the numbers. A guard against mistakes, not against malice.
-pub fn fingerprint(scene: &Scene, mesh: &Mesh) -> u64 {
-    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+pub fn geometry_hash(scene: &Scene, mesh: &Mesh) -> u64 {
+    let mut hash = Fnv::default();
     hash.count(scene.surfaces.len());
     for surface in &scene.surfaces {
-        let material = scene.material(surface);
-        for rgb in [surface.exitance, material.reflectance, material.specular, material.transmission] {
-            hash.rgb(rgb);
-        }
         hash.count(usize::from(surface.two_sided));
-    }
-    hash.count(scene.lights.len());
-    for light in &scene.lights {
-        match *light {
-            Light::Point { position, intensity } => {
-                hash.count(1);
-                hash.point(position);
-                hash.rgb(intensity);
-            }
-            Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
-                hash.count(2);
-                hash.point(position);
-                hash.point(direction);
-                hash.rgb(intensity);
-                hash.number(inner_deg);
-                hash.number(outer_deg);
-            }
-            Light::Directional { direction, irradiance } => {
-                hash.count(3);
-                hash.point(direction);
-                hash.rgb(irradiance);
-            }
-        }
     }
     hash.count(mesh.vertices.len());
     for vertex in &mesh.vertices {
@@ -257,129 +295,46 @@ pub fn fingerprint(scene: &Scene, mesh: &Mesh) -> u64 {
     hash.0
 }
 
+/// A hash of everything that pass 1 reads of a scene and its mesh.
+pub fn fingerprint(scene: &Scene, mesh: &Mesh) -> u64 {
+    let mut hash = Fnv(geometry_hash(scene, mesh));
+    for byte in encode(&Lighting::of(scene)) {
+        hash.byte(byte);
+    }
+    hash.0
+}
+
 struct Fnv(u64);
 
-impl Fnv {
-    fn bits(&mut self, bits: u64) {
-        for byte in bits.to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-        }
+impl Default for Fnv {
+    fn default() -> Fnv {
+        Fnv(0xcbf2_9ce4_8422_2325)
     }
+}
 
+impl Fnv {
     fn count(&mut self, n: usize) {
         self.bits(n as u64);
     }
 
-    /// Adding 0 makes -0 and 0 the same.
-    fn number(&mut self, value: f64) {
-        self.bits((value + 0.0).to_bits());
-    }
-
-    fn point(&mut self, p: DVec3) {
-        for c in p.to_array() {
-            self.number(c);
+    fn bits(&mut self, bits: u64) {
+        for byte in bits.to_le_bytes() {
+            self.byte(byte);
         }
     }
 
-    fn rgb(&mut self, rgb: Rgb) {
-        for c in rgb.0 {
-            self.number(c);
+    fn byte(&mut self, byte: u8) {
+        self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+    }
+
+    /// Adding 0 makes -0 and 0 the same.
+    fn point(&mut self, p: DVec3) {
+        for c in p.to_array() {
+            self.bits((c + 0.0).to_bits());
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::radiosity::{EnergyAccount, RowSumError, SplitIrradiance};
-
-    fn solution() -> Solution {
-        let e = SplitIrradiance { direct: Rgb([1.0, 2.0, 3.0]), indirect: Rgb([0.5, 0.25, 1e-300]) };
-        Solution {
-            element_irradiance: vec![e; 3],
-            vertex_irradiance: vec![e; 5],
-            account: EnergyAccount { emitted_w: Rgb::WHITE, ..EnergyAccount::default() },
-            n_shots: 7,
-            n_shooters: 2,
-            n_rays: 1 << 40,
-            row_sum_error: RowSumError { max: 0.1, mean: 0.01 },
-        }
-    }
-
-    fn file() -> Vec<u8> {
-        encode(&Body { fingerprint: 42, options: SolveOptions::default(), solution: &solution() })
-            .expect("a solution can be encoded")
-    }
-
-    fn with_crc(mut bytes: Vec<u8>) -> Vec<u8> {
-        let crc = crc32fast::hash(&bytes[HEADER_BYTES..]);
-        let n = (bytes.len() - HEADER_BYTES) as u64;
-        bytes[12..20].copy_from_slice(&n.to_le_bytes());
-        bytes[20..24].copy_from_slice(&crc.to_le_bytes());
-        bytes
-    }
-
-    #[test]
-    fn solution_encoded_and_decoded_is_the_same() {
-        let body = decode(Path::new("a.radsol"), &file()).expect("what was written can be read");
-        assert_eq!((body.fingerprint, body.options), (42, SolveOptions::default()));
-        assert_eq!(body.solution, solution());
-    }
-
-    #[test]
-    fn solution_file_damaged_in_any_way_is_refused_with_its_own_error() {
-        let good = file();
-        let edit = |at: usize, value: u8| {
-            let mut bytes = good.clone();
-            bytes[at] = value;
-            bytes
-        };
-        let mut longer = good.clone();
-        longer.push(0);
-        let mut garbage = good.clone();
-        garbage[HEADER_BYTES..].fill(0xff);
-        let mut left_over = good.clone();
-        left_over.extend([0; 3]);
-        type Check = fn(&SolutionFileError) -> bool;
-        let not_ours: Check = |e| matches!(e, SolutionFileError::NotASolution { .. });
-        let version: Check = |e| matches!(e, SolutionFileError::Version { found: 9, .. });
-        let length: Check = |e| matches!(e, SolutionFileError::Length { .. });
-        let checksum: Check = |e| matches!(e, SolutionFileError::Checksum { .. });
-        let body: Check = |e| matches!(e, SolutionFileError::Body { .. });
-        let table: Vec<(&str, Vec<u8>, Check)> = vec![
-            ("empty", Vec::new(), not_ours),
-            ("a picture", b"\x89PNG\r\n\x1a\n and more of it, long enough".to_vec(), not_ours),
-            ("magic", edit(0, b'X'), not_ours),
-            ("text mode", edit(6, b'\n'), not_ours),
-            ("version", edit(8, 9), version),
-            ("cut in the magic", good[..5].to_vec(), length),
-            ("cut in the header", good[..HEADER_BYTES - 1].to_vec(), length),
-            ("cut after the header", good[..HEADER_BYTES].to_vec(), length),
-            ("cut in the body", good[..good.len() - 1].to_vec(), length),
-            ("one byte more", longer, length),
-            ("huge length", edit(19, 0xff), length),
-            ("checksum", edit(20, good[20] ^ 1), checksum),
-            ("first body byte", edit(HEADER_BYTES, good[HEADER_BYTES] ^ 0x80), checksum),
-            ("last body byte", edit(good.len() - 1, good[good.len() - 1] ^ 1), checksum),
-            ("nonsense with a good checksum", with_crc(garbage), body),
-            ("left over with a good checksum", with_crc(left_over), body),
-        ];
-        for (what, bytes, check) in table {
-            let Err(error) = decode(Path::new("dir/a.radsol"), &bytes) else { panic!("{what} was accepted") };
-            assert!(check(&error), "{what}: {error}");
-            assert!(error.to_string().contains("dir/a.radsol"), "{what}: {error}");
-        }
-    }
-
-    #[test]
-    fn solution_file_with_any_bit_flipped_is_refused() {
-        let good = file();
-        for at in 0..good.len() {
-            for bit in 0..8 {
-                let mut bytes = good.clone();
-                bytes[at] ^= 1 << bit;
-                assert!(decode(Path::new("a"), &bytes).is_err(), "byte {at}, bit {bit}");
-            }
-        }
-    }
-}
+#[path = "solution_file_tests.rs"]
+mod tests;

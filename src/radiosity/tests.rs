@@ -8,7 +8,7 @@ use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Light, Material, MaterialId, MeshTarget, Meshing, Shape, Surface};
 
 /// A material of grey reflectance.
-fn grey(name: &str, reflectance: f64) -> Material {
+pub(super) fn grey(name: &str, reflectance: f64) -> Material {
     Material {
         name: name.into(),
         reflectance: Rgb::splat(reflectance),
@@ -18,7 +18,7 @@ fn grey(name: &str, reflectance: f64) -> Material {
     }
 }
 
-fn quad(name: &str, material: u32, corners: [DVec3; 4], exitance: f64) -> Surface {
+pub(super) fn quad(name: &str, material: u32, corners: [DVec3; 4], exitance: f64) -> Surface {
     Surface {
         name: name.into(),
         material: MaterialId(material),
@@ -29,7 +29,12 @@ fn quad(name: &str, material: u32, corners: [DVec3; 4], exitance: f64) -> Surfac
     }
 }
 
-fn scene(materials: Vec<Material>, surfaces: Vec<Surface>, lights: Vec<Light>, elements: u32) -> Scene {
+pub(super) fn scene(
+    materials: Vec<Material>,
+    surfaces: Vec<Surface>,
+    lights: Vec<Light>,
+    elements: u32,
+) -> Scene {
     Scene {
         path: "code".into(),
         camera: None,
@@ -42,7 +47,7 @@ fn scene(materials: Vec<Material>, surfaces: Vec<Surface>, lights: Vec<Light>, e
 }
 
 /// Walls of the box 0..size, fronts inside; every wall of material 0 and exitance `exitance`.
-fn room(size: DVec3, exitance: f64) -> Vec<Surface> {
+pub(super) fn room(size: DVec3, exitance: f64) -> Vec<Surface> {
     let v = |i: usize| size * DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
     let walls = [
         ("floor", [0, 1, 3, 2]),
@@ -174,7 +179,7 @@ fn solve_with_a_spot_and_a_sun_accounts_for_their_power() {
 }
 
 /// The 1992 reconstruction paper's test: a unit cube, a lamp of exitance 1 flush in its ceiling.
-fn lit_cube(rho: f64, elements: u32) -> Scene {
+pub(super) fn lit_cube(rho: f64, elements: u32) -> Scene {
     let v = DVec3::new;
     let mut surfaces = room(DVec3::ONE, 0.0);
     surfaces.remove(1);
@@ -215,7 +220,7 @@ fn probe_in_the_lit_cube_gives_the_reference_values() {
 }
 
 /// A room with a two-sided, half-mirror board in it, a lamp that touches nothing, a light and a hole.
-fn cluttered() -> Scene {
+pub(super) fn cluttered() -> Scene {
     let v = DVec3::new;
     let mut surfaces = room(DVec3::ONE, 0.0);
     surfaces.remove(3);
@@ -334,13 +339,24 @@ fn solution_file_of_another_scene_is_refused_and_of_this_scene_read_back() {
     solution_file::save(&path, &s.scene, &s.mesh, &options, &s.solution).expect("saved");
     let (back, used) = solution_file::load(&path, &s.scene, &s.mesh).expect("loaded");
     assert_eq!((back, used), (s.solution.clone(), options));
-    for (rho, elements) in [(0.6, 100), (0.5, 400)] {
-        let other = lit_cube(rho, elements);
-        let error = solution_file::load(&path, &other, &Mesh::build(&other)).expect_err("another scene");
-        assert!(matches!(error, solution_file::SolutionFileError::OtherScene { .. }), "{error}");
-    }
+    let refusal = |other: Scene| {
+        solution_file::load(&path, &other, &Mesh::build(&other)).expect_err("another scene").to_string()
+    };
+    let text = refusal(lit_cube(0.6, 100));
+    assert!(text.contains("reflectance [0.5, 0.5, 0.5] of surface 'floor', the scene has [0.6,"), "{text}");
+    assert!(text.contains("--continue-from"), "{text}");
+    let mut lit = lit_cube(0.5, 100);
+    lit.lights.push(Light::Directional { direction: DVec3::Z, irradiance: Rgb::WHITE });
+    let text = refusal(lit);
+    assert!(text.contains("another light 1 of 0, the scene has 1"), "{text}");
+    let text = refusal(lit_cube(0.5, 400));
+    assert!(text.contains("another geometry") && text.contains("patches, the scene has"), "{text}");
+    let mut moved = lit_cube(0.5, 100);
+    moved.surfaces.swap(1, 3);
+    let text = refusal(moved);
+    assert!(text.contains("positions of its vertices"), "{text}");
     let missing = solution_file::load(&dir.path().join("b.radsol"), &s.scene, &s.mesh).expect_err("missing");
-    assert!(matches!(missing, solution_file::SolutionFileError::Io { .. }), "{missing}");
+    assert!(missing.to_string().contains("b.radsol: No such file"), "{missing}");
     let nowhere = dir.path().join("no/such/folder/c.radsol");
     assert!(solution_file::save(&nowhere, &s.scene, &s.mesh, &options, &s.solution).is_err());
     assert_eq!(std::fs::read_dir(dir.path()).expect("the folder").count(), 1);
@@ -369,4 +385,57 @@ fn probe_agrees_with_the_element_means_of_an_occluded_room() {
         }
     }
     assert!(n > 0 && worst < 0.08, "{worst}");
+}
+
+#[test]
+fn probes_of_many_points_are_those_of_one_by_one_for_any_number_of_threads() {
+    let mut scene = cluttered();
+    scene.lights = vec![
+        Light::Directional {
+            direction: DVec3::new(0.3, 0.2, -1.0).normalize(),
+            irradiance: Rgb([3.0, 2.0, 1.0]),
+        },
+        Light::Point { position: DVec3::new(0.9, 0.4, 0.8), intensity: Rgb::splat(0.7) },
+    ];
+    let mut s = solved(scene, &SolveOptions { unshot_share: 0.05, ..SolveOptions::default() });
+    // More than one query's worth.
+    let points: Vec<ProbePoint> = (0..700u32)
+        .map(|k| {
+            let at = DVec3::new(0.05 + 0.001 * f64::from(k), 0.1 + f64::from(k % 9) * 0.1, 0.3);
+            let tilt = f64::from(k % 7) - 3.0;
+            ProbePoint { at, normal: DVec3::new(0.2 * tilt, 0.1, 1.0).normalize() }
+        })
+        .collect();
+    let mut shares = Vec::new();
+    let many =
+        probe_many(&s.scene, &s.mesh, &s.solution, &mut s.caster, &points, &mut |f| shares.push(f)).unwrap();
+    assert!(
+        shares.len() > 1 && shares.windows(2).all(|w| w[0] < w[1]) && shares.last() == Some(&1.0),
+        "{shares:?}"
+    );
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let threads = one.install(|| probe(&s.scene, &s.mesh, &s.solution, &mut s.caster, &points).unwrap());
+    assert_eq!(many, threads);
+    for k in [0, 1, 255, 256, 257, 699] {
+        let alone = probe(&s.scene, &s.mesh, &s.solution, &mut s.caster, &points[k..=k]).unwrap();
+        assert_eq!(alone[0], many[k], "point {k}");
+    }
+    assert!(many.iter().any(|e| e.direct != many[0].direct), "all points see the same");
+}
+
+#[test]
+fn illuminance_of_surfaces_runs_from_their_darkest_to_their_brightest_element() {
+    let s = solved(lit_cube(0.5, 600), &tight());
+    let table = summary::summarise(&s.scene, &s.mesh, &s.solution);
+    let all = summary::totals(&table);
+    for row in &table {
+        let lx = row.illuminance_lx;
+        assert!(lx.min > 0.0 && lx.min <= lx.mean && lx.mean <= lx.max, "{row:?}");
+        let mean = row.incident_w.luminance() * crate::photometry::LUMENS_PER_WATT / row.area_m2;
+        assert!((lx.mean - mean).abs() < 1e-9 * mean, "{row:?}");
+        assert!(all.illuminance_lx.min <= lx.min && all.illuminance_lx.max >= lx.max, "{all:?}");
+    }
+    let elements = s.solution.element_irradiance.iter().map(|e| e.total().luminance() * 179.0);
+    let brightest = elements.fold(0.0, f64::max);
+    assert!((all.illuminance_lx.max - brightest).abs() < 1e-9 * brightest);
 }

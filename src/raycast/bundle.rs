@@ -41,7 +41,7 @@ pub enum RayBundle {
         /// Place of the sample in its stratum, [0,1)^2.
         jitter: [f64; 2],
     },
-    /// Cosine-distributed directions about `normal`: strata `(i, j)` of an n x m window of the unit square.
+    /// Cosine-distributed directions about `normal`: places `((i + jitter.0)/n, (j + jitter.1)/m)` of the unit square.
     Hemisphere {
         /// Common origin (m).
         apex: DVec3,
@@ -53,6 +53,8 @@ pub enum RayBundle {
         n: u32,
         /// Strata along the second axis.
         m: u32,
+        /// Place of the sample in its stratum, [0,1)^2.
+        jitter: [f64; 2],
     },
     /// Rays to listed points, t = t_max = 1 at each.
     Targets {
@@ -104,14 +106,33 @@ impl RayBundle {
                 let (s, t) = ((u + jitter[0]) / *n as f64, (v + jitter[1]) / *m as f64);
                 Ray::to_point(*apex, *corner + s * *edge_u + t * *edge_v)
             }
-            RayBundle::Hemisphere { apex, normal, spin, n, m } => {
-                let (u, v) = split(*n);
-                let d = cosine_direction((u + 0.5) / *n as f64, (v + 0.5) / *m as f64);
-                let (t1, t2) = spun_frame(*normal, *spin);
-                Ray::unbounded(*apex, d.x * t1 + d.y * t2 + d.z * *normal)
+            RayBundle::Hemisphere { normal, spin, .. } => {
+                self.hemisphere_ray(spun_frame(*normal, *spin), i as u32)
             }
             RayBundle::Targets { apex, points } => Ray::to_point(*apex, points[i]),
         }
+    }
+
+    /// Gives all rays, in order: those of [`RayBundle::ray`], at less cost.
+    pub fn for_each_ray(&self, mut each: impl FnMut(Ray)) {
+        match self {
+            RayBundle::Hemisphere { normal, spin, n, m, .. } => {
+                let frame = spun_frame(*normal, *spin);
+                (0..n * m).for_each(|i| each(self.hemisphere_ray(frame, i)));
+            }
+            _ => (0..self.n_rays()).for_each(|i| each(self.ray(i))),
+        }
+    }
+
+    /// Ray `i` of a hemisphere whose tangents are `t1` and `t2`.
+    #[inline]
+    fn hemisphere_ray(&self, (t1, t2): (DVec3, DVec3), i: u32) -> Ray {
+        let RayBundle::Hemisphere { apex, normal, n, m, jitter, .. } = self else {
+            unreachable!("only hemispheres have a frame")
+        };
+        let (u, v) = (f64::from(i % n) + jitter[0], f64::from(i / n) + jitter[1]);
+        let d = cosine_direction(u / f64::from(*n), v / f64::from(*m));
+        Ray::unbounded(*apex, d.x * t1 + d.y * t2 + d.z * *normal)
     }
 }
 
@@ -161,7 +182,7 @@ pub(super) fn check_bundle(index: usize, bundle: &RayBundle) -> Result<(), CastE
         let what = format!("a bundle of {n} rays; 1 to {MAX_BUNDLE_RAYS} are possible");
         return Err(CastError::BadRay { index, what });
     }
-    if let RayBundle::Fan { jitter, .. } = bundle
+    if let RayBundle::Fan { jitter, .. } | RayBundle::Hemisphere { jitter, .. } = bundle
         && !jitter.iter().all(|j| (0.0..1.0).contains(j))
     {
         let what = format!("jitter {jitter:?} is outside [0, 1)");
@@ -172,6 +193,10 @@ pub(super) fn check_bundle(index: usize, bundle: &RayBundle) -> Result<(), CastE
     {
         let what = format!("normal {normal} of length {} or spin {spin} is no frame", normal.length());
         return Err(CastError::BadRay { index, what });
+    }
+    if matches!(bundle, RayBundle::Hemisphere { .. }) && bundle.apex().is_finite() {
+        // Unit directions, by what was checked.
+        return Ok(());
     }
     (0..n).try_for_each(|i| check_ray(index + i, &bundle.ray(i)))
 }

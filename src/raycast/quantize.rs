@@ -32,7 +32,7 @@
 use fixed::FixedI32;
 use fixed::types::extra::U24;
 use glam::DVec3;
-use rtl_model::datapath::bundle::{BundleError, BundleWords, JITTER_BITS, STEP_GUARD_BITS};
+use rtl_model::datapath::bundle::{BundleError, BundleWords, HEMISPHERE_LOG2, JITTER_BITS, STEP_GUARD_BITS};
 use rtl_model::datapath::{HitWords, PatchWords, RayWords};
 use rtl_model::fixed::{FormatError, Formats};
 
@@ -271,16 +271,16 @@ impl Quantizer {
             RayBundle::Fan { corner, edge_u, edge_v, n, m, jitter, .. } => {
                 let vertex = |p| self.point_of_ray(index, "corner of the fan", p);
                 let vertices = [vertex(*corner)?, vertex(*corner + *edge_u)?, vertex(*corner + *edge_v)?];
-                // Down, so that [0, 1) stays below 2^J.
-                let jitter = jitter.map(|j| (j * f64::from(1u32 << JITTER_BITS)) as u32);
+                let jitter = jitter.map(|j| jitter_word(j, JITTER_BITS));
                 BundleWords::Fan { apex, vertices, n: *n, m: *m, jitter }
             }
-            RayBundle::Hemisphere { normal, spin, n, m, .. } => {
+            RayBundle::Hemisphere { normal, spin, n, m, jitter, .. } => {
                 let (t1, t2) = spun_frame(*normal, *spin);
+                let jitter = jitter.map(|j| jitter_word(j, HEMISPHERE_LOG2));
                 let scale = f64::from(1u32 << self.formats.dir_frac_bits);
                 let word = |x: f64| (x.clamp(-1.0, 1.0) * scale).round_ties_even() as i32;
                 let frame = [t1, t2, *normal].map(|axis| axis.to_array().map(word));
-                BundleWords::Hemisphere { apex, frame, n: *n, m: *m }
+                BundleWords::Hemisphere { apex, frame, n: *n, m: *m, jitter }
             }
             RayBundle::Targets { points, .. } => {
                 BundleWords::Targets { apex, points: self.target_words(index, apex, bundle.apex(), points)? }
@@ -395,12 +395,21 @@ impl Quantizer {
     }
 }
 
-/// The bundle with a fan's place in its strata as its descriptor has it.
+/// A place in a stratum in words: down, so that [0, 1) stays below 2^bits.
+fn jitter_word(place: f64, bits: u32) -> u32 {
+    (place * f64::from(1u32 << bits)) as u32
+}
+
+/// The bundle with the place in its strata as its descriptor has it.
 pub(crate) fn as_described(bundle: &RayBundle) -> RayBundle {
     let mut described = bundle.clone();
-    if let RayBundle::Fan { jitter, .. } = &mut described {
-        let one = f64::from(1u32 << JITTER_BITS);
-        *jitter = jitter.map(|place| (place * one).floor() / one);
+    let as_word = |place: f64, bits: u32| f64::from(jitter_word(place, bits)) / f64::from(1u32 << bits);
+    match &mut described {
+        RayBundle::Fan { jitter, .. } => *jitter = jitter.map(|place| as_word(place, JITTER_BITS)),
+        RayBundle::Hemisphere { jitter, .. } => {
+            *jitter = jitter.map(|place| as_word(place, HEMISPHERE_LOG2));
+        }
+        RayBundle::Tile { .. } | RayBundle::Targets { .. } => {}
     }
     described
 }

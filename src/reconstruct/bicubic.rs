@@ -20,11 +20,27 @@ fn hermite_weights(s: f64) -> [f64; 4] {
     [r * r * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * r), s * r * r, -s * s * r]
 }
 
+/// Derivatives of [`hermite_weights`].
+fn hermite_slopes(s: f64) -> [f64; 4] {
+    let r = 1.0 - s;
+    [-6.0 * s * r, 6.0 * s * r, r * (r - 2.0 * s), s * (s - 2.0 * r)]
+}
+
 /// The value at (s,t) of the quad whose corners stand at (0,0), (1,0), (1,1), (0,1).
 pub(super) fn evaluate(nodes: &[Node; 4], s: f64, t: f64) -> Rgb {
+    weighted(nodes, hermite_weights(s), hermite_weights(t))
+}
+
+/// d/ds, d/dt and the twist d2/dsdt at (s,t).
+pub(super) fn slopes(nodes: &[Node; 4], s: f64, t: f64) -> [Rgb; 3] {
+    let (ws, wt) = (hermite_weights(s), hermite_weights(t));
+    let (ds, dt) = (hermite_slopes(s), hermite_slopes(t));
+    [weighted(nodes, ds, wt), weighted(nodes, ws, dt), weighted(nodes, ds, dt)]
+}
+
+fn weighted(nodes: &[Node; 4], ws: [f64; 4], wt: [f64; 4]) -> Rgb {
     let x = nodes.each_ref().map(|n| n.position);
     let x_st = x[0] - x[1] + x[2] - x[3];
-    let (ws, wt) = (hermite_weights(s), hermite_weights(t));
     let mut sum = Rgb::BLACK;
     for (node, (i, j)) in nodes.iter().zip([(0, 0), (1, 0), (1, 1), (0, 1)]) {
         let x_s = if j == 0 { x[1] - x[0] } else { x[2] - x[3] };
@@ -52,6 +68,10 @@ mod tests {
             for (c, w) in hermite_weights(s).into_iter().enumerate() {
                 let expected: f64 = (0..4).map(|r| powers[r] * m[r][c]).sum();
                 assert!((w - expected).abs() < 1e-15, "s {s}, column {c}: {w} vs {expected}");
+                let powers = [3.0 * s * s, 2.0 * s, 1.0, 0.0];
+                let expected: f64 = (0..4).map(|r| powers[r] * m[r][c]).sum();
+                let w = hermite_slopes(s)[c];
+                assert!((w - expected).abs() < 1e-14, "slope at {s}, column {c}: {w} vs {expected}");
             }
         }
     }

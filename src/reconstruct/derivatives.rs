@@ -32,7 +32,7 @@ pub(super) struct Derivatives {
 pub(super) struct Node {
     pub(super) position: DVec3,
     pub(super) value: Rgb,
-    frame: (DVec3, DVec3),
+    pub(super) frame: (DVec3, DVec3),
     derivatives: Derivatives,
 }
 
@@ -41,6 +41,39 @@ impl Derivatives {
         let frame = tangent_frame(vertex.normal);
         Node { position: vertex.position, value, frame, derivatives: *self }
     }
+}
+
+impl Derivatives {
+    /// The same with another gradient, and a Hessian that takes `twist` more from (a, b): those of the plane (u, v) of
+    /// the vertex's frame in which g . a = along_a and g . b = along_b; `None` when a and b do not span it.
+    pub(super) fn follow(
+        &self,
+        frame: (DVec3, DVec3),
+        (a, along_a): (DVec3, Rgb),
+        (b, along_b): (DVec3, Rgb),
+    ) -> Option<Derivatives> {
+        let [p, q] = dual(frame, a, b)?;
+        let gradient = [0, 1].map(|k| along_a * p[k] + along_b * q[k]);
+        Some(Derivatives { gradient, ..*self })
+    }
+
+    /// The same with the Hessian changed so that a^T H b grows by `twist`, and neither a^T H a nor b^T H b changes.
+    pub(super) fn twisted(&self, frame: (DVec3, DVec3), a: DVec3, b: DVec3, twist: Rgb) -> Derivatives {
+        let Some([p, q]) = dual(frame, a, b) else { return *self };
+        let part = [2.0 * p[0] * q[0], p[0] * q[1] + p[1] * q[0], 2.0 * p[1] * q[1]];
+        let mut hessian = self.hessian;
+        hessian.iter_mut().zip(part).for_each(|(h, part)| *h += twist * part);
+        Derivatives { hessian, ..*self }
+    }
+}
+
+/// Vectors p, q of the frame's plane with p . a = q . b = 1 and p . b = q . a = 0.
+fn dual(frame: (DVec3, DVec3), a: DVec3, b: DVec3) -> Option<[[f64; 2]; 2]> {
+    let (au, av) = (a.dot(frame.0), a.dot(frame.1));
+    let (bu, bv) = (b.dot(frame.0), b.dot(frame.1));
+    let det = au * bv - av * bu;
+    let spans = det.abs() > 1e-9 * a.length() * b.length();
+    spans.then(|| [[bv / det, -bu / det], [-av / det, au / det]])
 }
 
 impl Node {

@@ -8,7 +8,7 @@
 //! each corner; x is the element's bilinear geometry. Triangles: the cubic Clough-Tocher element. Vertices are shared
 //! exactly where surfaces continue each other, so values break at creases by themselves.
 //! C1 across edges between parallelograms with straight grid lines and between coplanar triangles; elsewhere values
-//! meet and gradients may jump. Given exact derivatives, quadratic fields are reproduced on any planar mesh.
+//! meet and gradients may jump. A hanging vertex follows its coarse element (`hanging.rs`): no cracks. Given exact derivatives, quadratic fields are reproduced on any planar mesh.
 //!
 //! Cubics overshoot: what falls below zero is clamped at the very end of [`Reconstruction::evaluate`], uncounted.
 //!
@@ -21,6 +21,7 @@ use crate::units::Rgb;
 mod bicubic;
 mod clough_tocher;
 mod derivatives;
+mod hanging;
 mod least_squares;
 
 #[cfg(test)]
@@ -71,11 +72,17 @@ impl Reconstruction {
         assert!(given == needed, "{method:?} reconstruction of {needed} values got {given}");
         let field = match method {
             Method::Constant => Field::Constant(element_means.to_vec()),
-            Method::Bilinear => Field::Bilinear(vertex_values.to_vec()),
-            Method::Hermite => Field::Hermite {
-                values: vertex_values.to_vec(),
-                derivatives: derivatives::fit_all(mesh, vertex_values),
-            },
+            Method::Bilinear => {
+                let mut values = vertex_values.to_vec();
+                hanging::follow_bilinear(mesh, &mut values);
+                Field::Bilinear(values)
+            }
+            Method::Hermite => {
+                let mut values = vertex_values.to_vec();
+                let mut derivatives = derivatives::fit_all(mesh, vertex_values);
+                hanging::follow_hermite(mesh, &mut values, &mut derivatives);
+                Field::Hermite { values, derivatives }
+            }
         };
         Reconstruction { field }
     }

@@ -174,7 +174,7 @@ fn inner_slope(mesh: &Mesh, r: &Reconstruction, e: usize, k: usize, along: f64) 
     let inner_st = st_of(inner);
     match element.corners {
         Corners::Triangle(_) => {
-            let h = 0.02 * element.area_m2.sqrt();
+            let h = 0.004 * element.area_m2.sqrt();
             slope(h * inner_st) / h
         }
         // A bicubic is a cubic along s and along t only.
@@ -193,8 +193,12 @@ fn relative_jump(mesh: &Mesh, f: &dyn Fn(DVec3) -> f64) -> f64 {
             let (Some(other), Continuity::C1) = (element.neighbours[k], element.continuity[k]) else {
                 continue;
             };
+            if mesh.hanging_on(ElementId(e as u32), k).is_some() {
+                continue;
+            }
             let back = mesh.elements[other.0 as usize].neighbours;
-            let m = back.iter().position(|b| *b == Some(ElementId(e as u32))).expect("neighbours are mutual");
+            let m = back.iter().position(|b| *b == Some(ElementId(e as u32)));
+            let Some(m) = m.filter(|m| mesh.hanging_on(other, *m).is_none()) else { continue };
             for along in [0.3, 0.5, 0.6] {
                 let (here, there) = (
                     inner_slope(mesh, &r, e, k, along),
@@ -333,5 +337,106 @@ proptest! {
         };
         let error = worst(&mesh, Method::Hermite, &f);
         prop_assert!(error < 1e-10, "{:e}", error);
+    }
+}
+
+/// Random quadtrees under the patches of every irregular mesh, balanced.
+fn refined(surfaces: Vec<Surface>, elements: u32, seed: u64) -> Mesh {
+    let scene = crate::mesh::tests::scene(surfaces, MeshTarget::Elements(elements));
+    let n = Mesh::build(&scene).patches.len() as u32;
+    let subdivision = crate::mesh::Subdivision::new(n, |p, place| {
+        let id = place.quarters().fold(1, |id, q| 4 * id + u64::from(q));
+        place.level() < 4 && crate::sampling::hash(seed, p.into(), id) % 10 < 5
+    });
+    Mesh::build_with(&scene, &subdivision).expect("the patches of this scene")
+}
+
+/// Largest difference between both sides of the halves of coarse edges, over the largest value; how many were seen.
+fn largest_gap(mesh: &Mesh, r: &Reconstruction) -> (f64, usize) {
+    let on_edge = |element: ElementId, edge: usize, along: f64| {
+        let st = match mesh.elements[element.0 as usize].corners {
+            Corners::Triangle(_) => [DVec2::ZERO, DVec2::X, DVec2::Y],
+            Corners::Quad(_) => [DVec2::ZERO, DVec2::X, DVec2::ONE],
+        };
+        let n = mesh.elements[element.0 as usize].corners.vertices().len();
+        let corner = |k: usize| if n == 4 && k % 4 == 3 { DVec2::Y } else { st[k % n] };
+        SurfacePoint { element, st: corner(edge).lerp(corner(edge + 1), along) }
+    };
+    let (mut gap, mut largest) = (0.0_f64, 0.0_f64);
+    for h in &mesh.hanging {
+        for (half, fine) in h.fine.into_iter().enumerate() {
+            let ids = mesh.elements[fine.0 as usize].corners.vertices();
+            let start = if half == 0 { h.vertex } else { h.ends[1] };
+            let edge = ids.iter().position(|v| *v == start).expect("it has the half edge");
+            for k in 0..=8 {
+                let along = f64::from(k) / 8.0;
+                let coarse = on_edge(h.coarse, h.edge.into(), 0.5 * (half as f64 + along));
+                let fine = on_edge(fine, edge, 1.0 - along);
+                assert!(mesh.position(coarse).distance(mesh.position(fine)) < 1e-12);
+                let (a, b) = (r.evaluate_unclamped(mesh, coarse), r.evaluate_unclamped(mesh, fine));
+                gap = gap.max((a - b).map(f64::abs).max_channel());
+                largest = largest.max(a.map(f64::abs).max_channel());
+            }
+        }
+    }
+    (gap / largest, mesh.hanging.len())
+}
+
+#[test]
+fn hermite_is_c1_over_hanging_edges_of_parallelograms_and_of_coplanar_triangles() {
+    let f = |x: DVec3| 2.0 + (3.0 * x.x).sin() * (2.0 * x.y).cos() + (x.x * x.y - 0.3).abs();
+    let quad = [v(0., 0., 0.), v(2., 0.3, 0.), v(2.4, 1.3, 0.), v(0.4, 1., 0.)];
+    let halves = [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]];
+    for (name, shapes) in
+        [("quads", vec![Shape::Quad(quad)]), ("triangles", halves.map(Shape::Triangle).to_vec())]
+    {
+        let mesh = refined(smooth(shapes), 64, 3);
+        let r = sampled(&mesh, Method::Hermite, &f);
+        let (mut jump, mut largest) = (0.0_f64, 0.0_f64);
+        assert!(mesh.hanging.len() > 20);
+        for h in &mesh.hanging {
+            for (half, fine) in h.fine.into_iter().enumerate() {
+                let ids = mesh.elements[fine.0 as usize].corners.vertices();
+                let start = if half == 0 { h.vertex } else { h.ends[1] };
+                let edge = ids.iter().position(|v| *v == start).expect("it has the half edge");
+                for along in [0.2, 0.5, 0.7] {
+                    let k = usize::from(h.edge);
+                    let here = inner_slope(&mesh, &r, h.coarse.0 as usize, k, 0.5 * (half as f64 + along));
+                    let there = inner_slope(&mesh, &r, fine.0 as usize, edge, 1.0 - along);
+                    jump = jump.max((here + there).abs());
+                    largest = largest.max(here.abs());
+                }
+            }
+        }
+        assert!(jump < 1e-8 * largest, "{name}: {jump:e} of {largest}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn hanging_vertices_leave_no_gap_in_any_method(seed: u64, kind in 0..4usize) {
+        let (o, a, b, c) = (v(0.4, 0.45, 0.), v(0., 0., 0.), v(1.1, -0.1, 0.), v(1.3, 1.0, 0.));
+        let (d, e) = (v(-0.1, 1.2, 0.), v(0.7, 1.4, 0.));
+        let shapes = [
+            vec![Shape::Quad([a, b, c, o]), Shape::Quad([o, c, e, d]), Shape::Triangle([a, o, d])],
+            vec![Shape::Triangle([a, b, o]), Shape::Triangle([b, c, o]), Shape::Triangle([o, c, d])],
+            vec![Shape::Quad([v(0., 0., 0.), v(1., 0., 0.), v(1., 1., 0.), v(0., 1., 0.)]),
+                 Shape::Quad([v(1., 0., 0.), v(2., 0., 0.4), v(2., 1., 0.4), v(1., 1., 0.)])],
+            vec![Shape::Cylinder { base: v(0., 0., 0.), top: v(0., 0., 1.), radius: 0.4, inward: false }],
+        ][kind].clone();
+        let mesh = refined(smooth(shapes), 24, seed);
+        crate::mesh::tests::check(&mesh);
+        let f = |x: DVec3| (4.0 * x.x + 1.0).sin() + x.y * x.z + 3.0 + (5.0 * x.y).cos();
+        for method in [Method::Bilinear, Method::Hermite] {
+            let r = sampled(&mesh, method, &f);
+            let (gap, seen) = largest_gap(&mesh, &r);
+            if seen > 0 {
+                prop_assert!(gap < 1e-12, "{:?}: {}", method, gap);
+            }
+            let jump = |at: SurfacePoint| (r.evaluate(&mesh, at).0[0] - f(mesh.position(at))).abs();
+            prop_assert!(places(&mesh).into_iter().map(jump).fold(0.0, f64::max) < 2.0);
+        }
     }
 }

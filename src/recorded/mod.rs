@@ -10,7 +10,8 @@
 mod file;
 pub mod sample;
 
-pub use file::{RecordFileError, VERSION, load, to_bytes};
+pub(crate) use file::fault;
+pub use file::{RecordFileError, load, to_bytes};
 
 use rtl_model::record::RecordKey;
 use serde::{Deserialize, Serialize};

@@ -25,7 +25,7 @@ use crate::radiosity::Solution;
 use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster, RayHit};
 use crate::reconstruct::{Method, Reconstruction};
 use crate::scene::{Camera, Scene};
-use crate::units::Rgb;
+use crate::units::{Irradiance, Rgb};
 use camera::{Tile, View, morton_tiles};
 use shade::{Outcome, Path, Shader};
 
@@ -47,6 +47,10 @@ pub struct RenderOptions {
     pub reconstruct: Method,
     /// Seed of every sampling pattern.
     pub seed: u64,
+    /// Add the ambient term of what pass 1 left unshot; see `radiosity::ambient`.
+    pub ambient: bool,
+    /// Keep the irradiance on the surfaces that pixels show first, too.
+    pub irradiance: bool,
 }
 
 impl Default for RenderOptions {
@@ -59,6 +63,8 @@ impl Default for RenderOptions {
             max_depth: 6,
             reconstruct: Method::Hermite,
             seed: 1,
+            ambient: false,
+            irradiance: false,
         }
     }
 }
@@ -72,6 +78,14 @@ pub struct Rendering {
     pub back_hits: Vec<u64>,
     /// Camera rays in all.
     pub n_camera_rays: u64,
+    /// Irradiance on the surfaces that pixels show first, row by row, where it was asked for: mirrors, glass and lamps
+    /// included, `None` where a pixel shows nothing or black backs only.
+    pub irradiance: Option<Vec<Option<Irradiance>>>,
+}
+
+/// Sums of the irradiance that a picture's camera rays meet, and how many met any, a pixel.
+struct Received {
+    sums: Vec<(Rgb, u32)>,
 }
 
 /// Camera tiles per band: bounds the paths held at once.
@@ -111,7 +125,9 @@ pub fn render(
         },
         back_hits: vec![0; scene.surfaces.len()],
         n_camera_rays: 0,
+        irradiance: None,
     };
+    let mut received = options.irradiance.then(|| Received { sums: vec![(Rgb::BLACK, 0); width * height] });
     let tiles = morton_tiles(options.width, options.height);
     let n_bands = tiles.len().div_ceil(TILES_PER_BAND) * samples as usize;
     let mut done = 0;
@@ -120,11 +136,25 @@ pub fn render(
             let (bundles, paths) = camera_wave(&view, band, sample, samples, options, &mut picture);
             let hits = caster.closest_hits(Purpose::Primary, Query::Bundles(&bundles))?;
             let weight = 1.0 / f64::from(samples);
-            trace_waves(&shader, &direct, caster, options, weight, paths, hits, &mut picture)?;
+            trace_waves(
+                &shader,
+                &direct,
+                caster,
+                options,
+                weight,
+                paths,
+                hits,
+                &mut picture,
+                received.as_mut(),
+            )?;
             done += 1;
             progress(done as f64 / n_bands as f64);
         }
     }
+    picture.irradiance = received.map(|received| {
+        let mean = |(sum, n): (Rgb, u32)| (n > 0).then(|| Irradiance(sum / f64::from(n)));
+        received.sums.into_iter().map(mean).collect()
+    });
     Ok(picture)
 }
 
@@ -190,10 +220,14 @@ fn trace_waves(
     mut paths: Vec<Path>,
     mut hits: Vec<Option<RayHit>>,
     picture: &mut Rendering,
+    mut first: Option<&mut Received>,
 ) -> Result<(), CastError> {
     for depth in 0..=options.max_depth {
-        let outcomes: Vec<Outcome> =
-            paths.par_iter().zip(&hits).map(|(path, hit)| shader.shade(path, *hit)).collect();
+        let outcomes: Vec<Outcome> = paths
+            .par_iter()
+            .zip(&hits)
+            .map(|(path, hit)| shader.shade(path, *hit, first.is_some()))
+            .collect();
         let points: Vec<_> = outcomes.iter().filter_map(|o| o.diffuse.map(|d| d.point)).collect();
         let received = direct.gather(caster, &points, options.shadow_strata, options.seed)?;
         let mut received = received.into_iter();
@@ -201,8 +235,13 @@ fn trace_waves(
         for (path, outcome) in paths.iter().zip(outcomes) {
             let mut radiosity = outcome.exitance;
             if let Some(diffuse) = outcome.diffuse {
-                let direct = received.next().unwrap_or(Rgb::BLACK);
-                radiosity += diffuse.reflectance * (direct + diffuse.indirect);
+                let irradiance = received.next().unwrap_or(Rgb::BLACK) + diffuse.indirect;
+                radiosity += diffuse.reflectance * irradiance;
+                if let Some(first) = &mut first {
+                    let (sum, n) = &mut first.sums[path.pixel];
+                    *sum += irradiance;
+                    *n += 1;
+                }
             }
             let radiance = crate::units::Radiosity(radiosity).radiance().0;
             picture.film.pixels[path.pixel] += path.weight * radiance * sample_weight;
@@ -217,6 +256,7 @@ fn trace_waves(
         if next.is_empty() || depth == options.max_depth {
             break;
         }
+        first = None;
         let rays: Vec<_> = next.iter().map(|p| p.ray).collect();
         hits = caster.closest_hits(Purpose::Specular, Query::Rays(&rays))?;
         paths = next;

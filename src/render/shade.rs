@@ -93,8 +93,8 @@ struct Meeting<'a> {
 }
 
 impl Shader<'_> {
-    /// What `path` sees.
-    pub fn shade(&self, path: &Path, hit: Option<RayHit>) -> Outcome {
+    /// What `path` sees; `always`: also the point of a surface that reflects nothing, whose irradiance is asked for.
+    pub fn shade(&self, path: &Path, hit: Option<RayHit>, always: bool) -> Outcome {
         let Some(hit) = hit else { return Outcome::default() };
         let cast = &self.mesh.patches[hit.patch.0 as usize];
         let surface = &self.scene.surfaces[cast.surface.0 as usize];
@@ -117,7 +117,7 @@ impl Shader<'_> {
         let mut outcome = Outcome { children: self.specular(path, &meeting), ..Outcome::default() };
         if seen.is_some() {
             outcome.exitance = surface.exitance;
-            if !material.reflectance.is_black() {
+            if always || !material.reflectance.is_black() {
                 let indirect = self.reconstruction.evaluate(self.mesh, at).map(|e| e.max(0.0));
                 let point =
                     ShadePoint { position, normal: shading, geometric_normal: geometric, key: path.key };

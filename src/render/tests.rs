@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::*;
-use crate::radiosity::{EnergyAccount, RowSumError, SplitIrradiance};
+use crate::radiosity::SplitIrradiance;
 use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Material, MaterialId, Meshing, Shape, Surface};
 
@@ -64,11 +64,7 @@ fn uniform(mesh: &Mesh, indirect: f64) -> Solution {
     Solution {
         element_irradiance: vec![e; mesh.elements.len()],
         vertex_irradiance: vec![e; mesh.vertices.len()],
-        account: EnergyAccount::default(),
-        n_shots: 0,
-        n_shooters: 0,
-        n_rays: 0,
-        row_sum_error: RowSumError::default(),
+        ..Solution::dark(mesh)
     }
 }
 

@@ -7,6 +7,7 @@
 //! ```
 
 use rtl_model::functional::LowResolutionWork;
+use rtl_model::occupancy::UnitOccupancy;
 use rtl_model::sim::{BlockAccount, Cause, FifoStatistics};
 use rtl_model::spec::BoardSpec;
 use rtl_model::statistics::{BoardStatistics, LevelStatistics};
@@ -17,7 +18,7 @@ use super::bounds::Bounds;
 use super::energy::Energy;
 use super::groups::kind;
 use super::si;
-use crate::raycast::Purpose;
+use crate::raycast::{MAX_BUNDLE_RAYS, Purpose};
 
 /// The board's part of a report.
 #[derive(Clone, Debug, Serialize)]
@@ -52,6 +53,10 @@ pub struct Counts {
     pub seconds_at_clock: f64,
     /// Bundles traced.
     pub bundles: u64,
+    /// How full they were.
+    pub bundle_occupancy: OccupancyReport,
+    /// How full the units were that rays without a bundle were cut into.
+    pub explicit_occupancy: OccupancyReport,
     /// Rays traced.
     pub rays: u64,
     /// Grid cells entered.
@@ -82,6 +87,32 @@ pub struct Counts {
     pub tests_per_cycle: f64,
     /// Share of cycles in which an ICU worked, mean over the ICUs.
     pub icu_utilisation: f64,
+}
+
+/// How full units of up to 64 rays were.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OccupancyReport {
+    /// Units, their rays, full ones, and units by eighths of 64 rays.
+    #[serde(flatten)]
+    pub counted: UnitOccupancy,
+    /// Rays a unit.
+    pub mean_rays: f64,
+    /// The same as a share of 64.
+    pub mean_share: f64,
+    /// Share of units with 64 rays.
+    pub full_share: f64,
+}
+
+impl OccupancyReport {
+    fn new(counted: &UnitOccupancy) -> OccupancyReport {
+        let mean_rays = counted.mean_rays();
+        OccupancyReport {
+            counted: *counted,
+            mean_rays,
+            mean_share: mean_rays / MAX_BUNDLE_RAYS as f64,
+            full_share: si::share(counted.full, counted.units),
+        }
+    }
 }
 
 /// One purpose's share of the work.
@@ -168,6 +199,8 @@ impl Counts {
             commands: s.commands,
             seconds_at_clock: seconds,
             bundles: s.canonical.bundles,
+            bundle_occupancy: OccupancyReport::new(&s.bundles),
+            explicit_occupancy: OccupancyReport::new(&s.explicit),
             rays: s.canonical.rays,
             cells: s.canonical.cells,
             list_entries: s.canonical.list_entries,

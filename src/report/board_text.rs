@@ -94,21 +94,32 @@ pub(super) fn board_lines(out: &mut String, b: &BoardReport) {
         each[0].insert_str(0, "full: ");
         wrapped(out, "  queues", &each, ", ");
     }
-    if b.by_purpose.len() > 1 {
-        for p in &b.by_purpose {
-            line(
-                out,
-                "",
-                format_args!(
-                    "{:<12} {:>12} {:>13} {:>14}  {} at the clock",
-                    purpose_name(p.purpose),
-                    count(p.counts.rays, "rays"),
-                    count(p.counts.tests, "tests"),
-                    count(p.counts.cycles, "cycles"),
-                    si(p.counts.rays_per_second_at_clock, "rays/s")
-                ),
-            );
-        }
+    purpose_lines(out, b);
+}
+
+/// A row for each purpose that rays were cast for: what it asked for and took, and how full its bundles were.
+fn purpose_lines(out: &mut String, b: &BoardReport) {
+    if b.by_purpose.is_empty() {
+        return;
+    }
+    let plain = |n: u64| count(n, "").trim_end().to_owned();
+    let row = |cells: [&str; 8]| {
+        let [name, bundles, rays, tests, cycles, time, mean, full] = cells;
+        format!("{name:<12} {bundles:>7} {rays:>7} {tests:>7} {cycles:>7} {time:>8}  {mean:>12} {full:>7}")
+    };
+    let head = ["", "bundles", "rays", "tests", "cycles", "at clock", "rays/bundle", "full"];
+    line(out, "  for", row(head));
+    for p in &b.by_purpose {
+        let c = &p.counts;
+        let occupancy = &c.bundle_occupancy;
+        let (mean, full) = match occupancy.counted.units {
+            0 => ("no bundles".to_owned(), String::new()),
+            _ => (format!("{:.1} of 64", occupancy.mean_rays), percent(occupancy.full_share)),
+        };
+        let cells =
+            [plain(c.bundles), plain(c.rays), plain(c.tests), plain(c.cycles), si(c.seconds_at_clock, "s")];
+        let [bundles, rays, tests, cycles, time] = cells.each_ref().map(String::as_str);
+        line(out, "", row([purpose_name(p.purpose), bundles, rays, tests, cycles, time, &mean, &full]));
     }
 }
 

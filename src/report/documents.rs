@@ -12,11 +12,14 @@ use glam::DVec3;
 use rtl_model::fixed::Formats;
 use serde::Serialize;
 
-use super::{BoardReport, ObservedReport, RecordedReport, Timings};
+use super::{BoardReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
 use crate::image::{Difference, ResolvedExposure};
 use crate::mesh::Mesh;
+use crate::radiosity::refine::RefineReport;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
-use crate::radiosity::{EnergyAccount, RowSumError, Solution, SolveOptions};
+use crate::radiosity::{
+    EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, Solution, SolveOptions,
+};
 use crate::raycast::board::WarmUp;
 use crate::render::RenderOptions;
 use crate::scene::Scene;
@@ -68,10 +71,15 @@ impl SceneFacts {
 pub struct PassOneReport {
     /// How the solution came to be.
     pub pass_1: PassOneFacts,
+    /// How the mesh was refined, where it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<RefineReport>,
     /// Where the power went (W).
     pub account: EnergyAccount,
     /// Row-sum error of the form factors, before any correction.
     pub row_sum_error: RowSumError,
+    /// How far A_i F_ij is from A_j F_ji.
+    pub reciprocity: ReciprocityError,
     /// Per surface, in file order.
     pub surfaces: Vec<SurfaceSummary>,
     /// Sums over the surfaces.
@@ -91,6 +99,12 @@ pub struct PassOneFacts {
     pub n_shooters: usize,
     /// Visibility rays cast.
     pub n_rays: u64,
+    /// By a dense linear solve.
+    pub exact: bool,
+    /// The solves before, when it went on from a solution in another light.
+    pub earlier: Option<EarlierWork>,
+    /// How good stochastic shooting is; none when all power was shot by kernel.
+    pub error_estimate: Option<ErrorEstimate>,
 }
 
 impl PassOneReport {
@@ -108,12 +122,22 @@ impl PassOneReport {
                 n_shots: solution.n_shots,
                 n_shooters: solution.n_shooters,
                 n_rays: solution.n_rays,
+                exact: solution.exact,
+                earlier: solution.earlier,
+                error_estimate: solution.error_estimate.clone(),
             },
+            refinement: None,
             account: solution.account,
             row_sum_error: solution.row_sum_error,
+            reciprocity: solution.reciprocity,
             totals: totals(&surfaces),
             surfaces,
         }
+    }
+
+    /// The same of a refined mesh.
+    pub fn refined(self, refinement: Option<RefineReport>) -> PassOneReport {
+        PassOneReport { refinement, ..self }
     }
 }
 
@@ -148,8 +172,14 @@ pub struct RenderReport {
     pub options: RenderOptions,
     /// Files written.
     pub pictures: Vec<PictureFact>,
+    /// Ambient irradiance that was added to the stored light for the picture (W/m^2), in no account; null when none was.
+    pub ambient_w_m2: Option<Rgb>,
+    /// False-colour pictures written.
+    pub false_colour: Vec<ScaledPicture>,
     /// Mean luminance of the picture (W/m^2/sr).
-    pub mean_luminance: f64,
+    pub mean_luminance_w_m2_sr: f64,
+    /// The same as the eye takes it (cd/m^2).
+    pub mean_luminance_cd_m2: f64,
     /// Camera rays.
     pub n_camera_rays: u64,
     /// Camera rays that first met a back, for each surface with any.

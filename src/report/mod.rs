@@ -4,7 +4,7 @@
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
 //!               --board.rs------> BoardReport (totals, bounds.rs, energy.rs, stall tables, queues, by purpose)
 //! two reports   --compare_runs.rs--> RunComparison
-//!               --observed.rs---> ObservedReport (lives of rays, roots of stalls, work over time)
+//!               --observed.rs---> ObservedReport (lives of rays, roots of stalls, work over time) --observed_text.rs--> lines
 //!               --recorded.rs---> RecordedReport (a record or a sample of the work)
 //!               --verify.rs-----> VerifyReport, Findings --sweep_plot.rs--> SVG
 //!               --terminal.rs, board_text.rs, verify_text.rs, side_by_side.rs--> text of one screen, SI prefixes by si.rs
@@ -18,8 +18,10 @@ pub mod compare_runs;
 pub mod compare_runs_text;
 pub mod documents;
 pub mod energy;
+pub mod grid;
 pub mod groups;
 pub mod observed;
+pub mod observed_text;
 pub mod recorded;
 pub mod si;
 pub mod side_by_side;
@@ -35,6 +37,7 @@ pub use documents::{
     BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
     SimulateReport, SolveReport, VectorsReport, WarmUpReport,
 };
+pub use grid::{GridReport, ScaledPicture};
 pub use observed::{ObservedReport, TraceReport};
 pub use recorded::RecordedReport;
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};

@@ -56,6 +56,19 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A value of a table: four significant digits, in fixed notation where that is readable.
+pub fn significant(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        m if (999.5..1e7).contains(&m) => format!("{value:.0}"),
+        m if (99.95..999.5).contains(&m) => format!("{value:.1}"),
+        m if (9.995..99.95).contains(&m) => format!("{value:.2}"),
+        m if (0.9995..9.995).contains(&m) => format!("{value:.3}"),
+        m if (0.001..0.9995).contains(&m) => format!("{value:.4}"),
+        _ => format!("{value:.3e}"),
+    }
+}
+
 /// Three significant digits in fixed notation where that is readable, in scientific where not.
 fn three_digits(value: f64) -> String {
     match value.abs() {
@@ -95,6 +108,16 @@ mod tests {
             assert_eq!(si(value, "W"), text, "{value}");
         }
         assert_eq!(si(f64::INFINITY, "W"), "inf W");
+    }
+
+    #[test]
+    fn significant_digits_of_tables_are_four_where_that_is_readable() {
+        let cases = [(0.0, "0"), (208.333, "208.3"), (1.0, "1.000"), (20.0, "20.00"), (12_345.6, "12346")];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
+        assert_eq!(significant(2.5e-5), "2.500e-5");
+        assert_eq!(significant(-0.25), "-0.2500");
     }
 
     #[test]

@@ -4,13 +4,16 @@
 //! label     value, value, value
 //! ```
 
+use crate::radiosity::refine::RefineReport;
 use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
-use super::si::{count, percent, share, si};
+use super::grid::picture_text;
+use super::si::{count, percent, share, si, significant};
 use super::{
     CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport, SolveReport, Timings,
 };
+use crate::radiosity::summary::IlluminanceRange;
 use crate::raycast::Purpose;
 
 /// Width of the label column.
@@ -26,6 +29,7 @@ pub fn render_summary(r: &RenderReport) -> String {
     let mut out = String::new();
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
+    surfaces_table(&mut out, &r.pass_1);
     let o = &r.options;
     line(
         &mut out,
@@ -40,6 +44,14 @@ pub fn render_summary(r: &RenderReport) -> String {
             n = o.shadow_strata,
         ),
     );
+    if let Some(ambient) = r.ambient_w_m2 {
+        let e = si(ambient.sum() / 3.0, "W/m^2");
+        line(
+            &mut out,
+            "ambient",
+            format_args!("{e} (mean of r, g, b) added to the stored light, in no account"),
+        );
+    }
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
         block_kinds_table(&mut out, board);
@@ -56,6 +68,10 @@ pub fn render_summary(r: &RenderReport) -> String {
             format_args!("{}  {how}", picture.path.display()),
         );
     }
+    for (i, picture) in r.false_colour.iter().enumerate() {
+        let label = if i == 0 && r.pictures.is_empty() { "pictures" } else { "" };
+        line(&mut out, label, picture_text(picture));
+    }
     time_line(&mut out, &r.timings);
     out
 }
@@ -65,6 +81,7 @@ pub fn solve_summary(r: &SolveReport) -> String {
     let mut out = String::new();
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
+    surfaces_table(&mut out, &r.pass_1);
     if let Some(board) = &r.board {
         board_lines(&mut out, board);
         block_kinds_table(&mut out, board);
@@ -100,7 +117,7 @@ pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
     } else {
         block_kinds_table(&mut out, &r.board);
     }
-    super::observed::observed_lines(&mut out, r.observed.as_ref());
+    super::observed_text::observed_lines(&mut out, r.observed.as_ref());
     time_line(&mut out, &r.timings);
     out
 }
@@ -180,7 +197,51 @@ pub(super) fn scene_line(out: &mut String, s: &SceneFacts) {
     );
 }
 
+fn refinement_lines(out: &mut String, r: &RefineReport) {
+    line(
+        out,
+        "mesh",
+        format_args!(
+            "refined: {} elements ({} for balance; uniform {}, at most {}), {} to decide; estimated error of \
+             interpolation {} (wanted {})",
+            r.n_elements,
+            r.n_for_balance,
+            r.n_uniform,
+            r.n_limit,
+            count(r.n_rays, "rays"),
+            percent(r.estimated_error),
+            percent(r.wanted_error),
+        ),
+    );
+    if r.n_cut_by_count + r.n_cut_by_depth > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "cut off: {} splits by the limit on elements, {} elements by the limit of {} splits inside each other",
+                r.n_cut_by_count, r.n_cut_by_depth, r.max_depth
+            ),
+        );
+    }
+    if r.lines.n_segments > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "shadow lines: {} segments on patches, {} element edges stand for them (C-1)",
+                r.lines.n_segments, r.lines.n_flagged_edges
+            ),
+        );
+    }
+    if r.lines.skipped {
+        line(out, "", format_args!("shadow lines: not looked for, too many edges and patches"));
+    }
+}
+
 fn pass_1_lines(out: &mut String, r: &PassOneReport) {
+    if let Some(refinement) = &r.refinement {
+        refinement_lines(out, refinement);
+    }
     let p = &r.pass_1;
     let from = p.loaded_from.as_ref().map(|f| format!(" (from {})", f.display())).unwrap_or_default();
     line(
@@ -195,6 +256,43 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
             percent(r.row_sum_error.max),
         ),
     );
+    if r.reciprocity.n_pairs > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "reciprocity error {} RMS, {} max over {}{}",
+                percent(r.reciprocity.rms),
+                percent(r.reciprocity.max),
+                count(r.reciprocity.n_pairs, "pairs of patches"),
+                if p.exact { "; exact: a dense linear solve" } else { "" },
+            ),
+        );
+    }
+    if let Some(earlier) = &p.earlier {
+        line(
+            out,
+            "",
+            format_args!(
+                "going on from {} with {}, {}",
+                count(u64::from(earlier.n_solves), "solves"),
+                count(earlier.n_shots, "shots"),
+                count(earlier.n_rays, "rays"),
+            ),
+        );
+    }
+    if let Some(error) = &p.error_estimate {
+        line(
+            out,
+            "bundles",
+            format_args!(
+                "{} in {} rounds shot the rest: standard error {} of the mean irradiance (RMS over the elements)",
+                count(error.n_rays, "rays"),
+                error.n_rounds,
+                percent(error.relative_rms),
+            ),
+        );
+    }
     let a = &r.account;
     let w = |rgb: crate::units::Rgb| si(rgb.sum(), "W");
     let emitted = a.emitted_w.sum();
@@ -217,6 +315,46 @@ fn pass_1_lines(out: &mut String, r: &PassOneReport) {
         "",
         format_args!("+ residual {} ({} of the emitted); r + g + b", w(a.residual_w), percent(residual)),
     );
+}
+
+/// Surfaces that the table lists.
+const LISTED_SURFACES: usize = 10;
+/// Widest name in it.
+const NAME_WIDTH: usize = 24;
+
+/// Irradiance and illuminance of the surfaces, the largest of many, and of all together.
+fn surfaces_table(out: &mut String, r: &PassOneReport) {
+    let all = r.surfaces.len();
+    let mut shown: Vec<usize> = (0..all).collect();
+    shown.sort_by(|a, b| r.surfaces[*b].area_m2.total_cmp(&r.surfaces[*a].area_m2));
+    shown.truncate(LISTED_SURFACES);
+    shown.sort_unstable();
+    let short = |name: &str| match name.char_indices().nth(NAME_WIDTH) {
+        Some(_) => format!("{}...", name.chars().take(NAME_WIDTH - 3).collect::<String>()),
+        None => name.to_owned(),
+    };
+    let mut row = |name: &str, cells: [String; 5]| {
+        let [area, w_m2, mean, min, max] = cells;
+        let _ = writeln!(out, "{name:<NAME_WIDTH$} {area:>11}  {w_m2:>26}  {mean:>10} {min:>10} {max:>10}");
+    };
+    let heads = ["area (m^2)", "E mean r g b (W/m^2)", "mean (lx)", "min (lx)", "max (lx)"];
+    row("surface", heads.map(str::to_owned));
+    let cells = |area_m2: f64, e: crate::units::Rgb, lx: IlluminanceRange| {
+        let [red, green, blue] = e.0;
+        let numbers = [lx.mean, lx.min, lx.max].map(significant);
+        let [mean, min, max] = numbers;
+        [significant(area_m2), format!("{red:.2e} {green:.2e} {blue:.2e}"), mean, min, max]
+    };
+    for s in shown.iter().map(|i| &r.surfaces[*i]) {
+        row(&short(&s.name), cells(s.area_m2, s.mean_irradiance_w_m2, s.illuminance_lx));
+    }
+    let t = &r.totals;
+    let name = match all - shown.len() {
+        0 => "all".to_owned(),
+        more => format!("all, with {more} more"),
+    };
+    row(&name, cells(t.area_m2, t.mean_irradiance_w_m2, t.illuminance_lx));
+    out.push('\n');
 }
 
 /// Longest line of phases behind its label (characters).

@@ -8,7 +8,7 @@
 //! Wires of bundles are those of the descriptors of all verified rays; of n x m rays they are largest at a corner.
 //!
 //! Not observed: the wires of the hemisphere's table and of a direction before its scale is halved once more, which the
-//! datapath keeps to itself; no host casts hemispheres. They have a row without magnitudes, and so has a wire on which
+//! datapath keeps to itself. They have a row without magnitudes, and so has a wire on which
 //! nothing but 0 was seen: a scene that does not exercise a wire says nothing about its spare bits.
 
 use rtl_model::datapath::bundle::{BundleWords, JITTER_BITS};

@@ -3,8 +3,8 @@
 //! ```text
 //! RecordedGroup --quantize.rs, the board's generator--> words        --as the descriptor's fields say--> Ray in f64
 //! ```
-//! The ray in f64 is the host's, with two exceptions: a fan's place in its strata has 12 bits in the descriptor, and a
-//! hemisphere's directions come from a table of 64 x 64. Both are fields of the descriptor that move a ray by more than
+//! The ray in f64 is the host's, with two exceptions: places in strata have 12 bits in a fan's descriptor and 6 in a
+//! hemisphere's, and a hemisphere's directions come from a table of 64 x 64. Both are fields of the descriptor that move a ray by more than
 //! coordinates and directions are rounded; the f64 ray takes the descriptor's places, and its points and directions as
 //! the host has them. Then, with u_F, u_D as in `raycast/quantize.rs` and 2^s the scale of the ray's direction (raw
 //! direction = words 2^-D 2^s), at the board's parameter t the two rays are at most u_F + `slope` t apart, and their
@@ -172,14 +172,16 @@ pub(super) fn unit_error(bits: u32) -> f64 {
 
 /// Ray `i` in f64; of a hemisphere, along the table's entry.
 fn ray_of(described: &RayBundle, i: usize) -> Ray {
-    let RayBundle::Hemisphere { apex, normal, spin, n, m } = described else { return described.ray(i) };
-    let side = f64::from(1u32 << HEMISPHERE_LOG2);
-    // Entries stand at k/64, that of a stratum at or just below its centre; entry 0 at 1/128.
-    let place = |k: u32, n: u32| {
-        let centre = (f64::from(k) + 0.5) / f64::from(n);
-        (centre * side).floor().max(0.5) / side
+    let RayBundle::Hemisphere { apex, normal, spin, n, m, jitter } = described else {
+        return described.ray(i);
     };
-    let d = cosine_direction(place(i as u32 % n, *n), place(i as u32 / n, *m));
+    let side = f64::from(1u32 << HEMISPHERE_LOG2);
+    // Entries stand at k/64, that of a place at or just below it; entry 0 at 1/128.
+    let entry = |k: u32, jitter: f64, n: u32| {
+        let place = (f64::from(k) + jitter) * side / f64::from(n);
+        place.floor().max(0.5) / side
+    };
+    let d = cosine_direction(entry(i as u32 % n, jitter[0], *n), entry(i as u32 / n, jitter[1], *m));
     let (t1, t2) = spun_frame(*normal, *spin);
     Ray::unbounded(*apex, d.x * t1 + d.y * t2 + d.z * *normal)
 }

@@ -83,6 +83,7 @@ fn bundles(random: &mut Random) -> Vec<RayBundle> {
             spin: 6.0 * random.unit(),
             n: 5,
             m: 4,
+            jitter,
         },
         RayBundle::Targets { apex, points: (0..7).map(|_| away(random.point(0.8))).collect() },
     ]

@@ -10,7 +10,7 @@
 //! |---|---|---|
 //! | tile | corner + i u + j v | 2^(D+8) |
 //! | fan | v0 + (i + js) (v1 - v0) / n + (j + jt) (v2 - v0) / m, rounded to a coordinate word, minus apex | 2^F |
-//! | hemisphere | x t1 + y t2 + z n, (x, y, z) the table's entry at the stratum's centre | 2^(2D) |
+//! | hemisphere | x t1 + y t2 + z n, (x, y, z) the table's entry floor((64 i + ju) / n), floor((64 j + jv) / m) | 2^(2D) |
 //! | targets | point - apex | 2^F |
 //!
 //! With 2^(L-1) <= largest |raw component| < 2^L the direction is round(raw 2^(D-L)), to nearest, ties to even, so its
@@ -72,6 +72,8 @@ pub enum BundleWords {
         n: u32,
         /// Strata along its second axis.
         m: u32,
+        /// Place in the stratum, [`HEMISPHERE_LOG2`] fraction bits, as many as the table has places: 32 is the centre.
+        jitter: [u32; 2],
     },
     /// Listed points; t_max at each.
     Targets {
@@ -171,8 +173,9 @@ impl BundleWords {
                 vertices.iter().try_for_each(|v| point("vertex", *v))?;
                 within("jitter", &jitter.map(i64::from), 0, (1 << JITTER_BITS) - 1)?;
             }
-            BundleWords::Hemisphere { frame, .. } => {
+            BundleWords::Hemisphere { frame, jitter, .. } => {
                 frame.iter().try_for_each(|axis| within("frame", &axis.map(i64::from), -unit, unit))?;
+                within("jitter", &jitter.map(i64::from), 0, (1 << HEMISPHERE_LOG2) - 1)?;
             }
             BundleWords::Targets { points, .. } => points.iter().try_for_each(|p| point("point", *p))?,
         }
@@ -248,10 +251,10 @@ impl BundleWords {
                 });
                 RawDirection { raw, frac_bits: formats.coord_frac_bits, ends_at_point: true }
             }
-            BundleWords::Hemisphere { frame, n, m, .. } => {
+            BundleWords::Hemisphere { frame, n, m, jitter, .. } => {
                 let (u, v) = place(i, *n);
-                let entry =
-                    hemisphere::entry(formats.dir_frac_bits, nearest_entry(u, *n), nearest_entry(v, *m));
+                let (column, row) = (table_place(u, jitter[0], *n), table_place(v, jitter[1], *m));
+                let entry = hemisphere::entry(formats.dir_frac_bits, column, row);
                 let raw = [0, 1, 2]
                     .map(|k| (0..3).map(|axis| i64::from(entry[axis]) * i64::from(frame[axis][k])).sum());
                 RawDirection { raw, frac_bits: 2 * formats.dir_frac_bits, ends_at_point: false }
@@ -271,9 +274,9 @@ fn place(i: usize, n: u32) -> (i64, i64) {
     (word(i % n), word(i / n))
 }
 
-/// The table place at or just below the centre of stratum `place` of `n`: floor((2 place + 1) 64 / (2 n)).
-fn nearest_entry(place: i64, n: u32) -> u32 {
-    u32::try_from(((2 * place + 1) << HEMISPHERE_LOG2) / (2 * i64::from(n.max(1)))).unwrap_or(0)
+/// The table place at or just below (place + jitter/64) / n of the square: floor((64 place + jitter) / n).
+fn table_place(place: i64, jitter: u32, n: u32) -> u32 {
+    u32::try_from(((place << HEMISPHERE_LOG2) + i64::from(jitter)) / i64::from(n.max(1))).unwrap_or(0)
 }
 
 /// Largest magnitude of three words.

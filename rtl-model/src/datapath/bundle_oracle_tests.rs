@@ -121,8 +121,11 @@ fn hemisphere() -> impl Strategy<Value = (Formats, BundleWords)> {
         let component =
             || prop_oneof![3 => -one..=one, 1 => Just(0), 1 => Just(one), 1 => Just(-one), 1 => -2_i32..=2];
         let axis = || [component(), component(), component()];
-        (Just(formats), point(formats.coord_frac_bits), [axis(), axis(), axis()])
-            .prop_map(move |(formats, apex, frame)| (formats, BundleWords::Hemisphere { apex, frame, n, m }))
+        let jitter = || prop_oneof![Just(0_u32), Just(32), Just(63), 0_u32..64];
+        (Just(formats), point(formats.coord_frac_bits), [axis(), axis(), axis()], [jitter(), jitter()])
+            .prop_map(move |(formats, apex, frame, jitter)| {
+                (formats, BundleWords::Hemisphere { apex, frame, n, m, jitter })
+            })
     })
 }
 
@@ -212,11 +215,13 @@ fn hemisphere_every_reachable_entry_of_every_width_equals_the_oracle() {
         let frame = [[one, 0, 0], [0, one, 0], [0, 0, one]];
         for n in 1..=64_u32 {
             for m in 1..=64 / n {
-                let bundle = BundleWords::Hemisphere { apex: [0; 3], frame, n, m };
-                for i in 0..bundle.n_rays() {
-                    let expected = oracle::bundle::scaled_ray(&formats, &bundle, i);
-                    assert_eq!(bundle.scaled_ray(&formats, i), expected, "D = {d}, {n} x {m}, ray {i}");
-                    compared += 1;
+                for jitter in [[32, 32], [0, 63], [63, 0]] {
+                    let bundle = BundleWords::Hemisphere { apex: [0; 3], frame, n, m, jitter };
+                    for i in 0..bundle.n_rays() {
+                        let expected = oracle::bundle::scaled_ray(&formats, &bundle, i);
+                        assert_eq!(bundle.scaled_ray(&formats, i), expected, "D = {d}, {n} x {m}, ray {i}");
+                        compared += 1;
+                    }
                 }
             }
         }

@@ -128,7 +128,7 @@ fn hemisphere_eight_by_eight_points_at_the_stratum_centres() {
     let one = 1 << 24;
     // Normal -y: a frame that the table is turned into.
     let frame = [[0, 0, one], [one, 0, 0], [0, -one, 0]];
-    let bundle = BundleWords::Hemisphere { apex: [1, 2, 3], frame, n: 8, m: 8 };
+    let bundle = BundleWords::Hemisphere { apex: [1, 2, 3], frame, n: 8, m: 8, jitter: [32; 2] };
     assert_eq!(bundle.validate(&formats), Ok(()));
     for i in 0..64 {
         let (ray, scale) = bundle.scaled_ray(&formats, i);
@@ -139,6 +139,26 @@ fn hemisphere_eight_by_eight_points_at_the_stratum_centres() {
             assert!((word - exact).abs() < 1e-6, "ray {i}: {dir:?}");
         }
         assert_eq!((ray.origin, ray.t_max), ([1, 2, 3], formats.t_limit()));
+    }
+}
+
+#[test]
+fn hemisphere_eight_by_eight_with_jitter_points_at_its_place_in_every_stratum() {
+    let formats = Formats::default();
+    let one = 1 << 24;
+    let frame = [[one, 0, 0], [0, one, 0], [0, 0, one]];
+    // 3/8 and 1/8 along a stratum, up to its next eighth: places of the table.
+    for jitter in [[24, 8], [31, 15]] {
+        let bundle = BundleWords::Hemisphere { apex: [0; 3], frame, n: 8, m: 8, jitter };
+        for i in 0..64 {
+            let (ray, scale) = bundle.scaled_ray(&formats, i);
+            let (u, v) = ((i % 8) as f64 + 0.375, (i / 8) as f64 + 0.125);
+            let exact = hemisphere::cosine_direction(u / 8.0, v / 8.0);
+            for (word, exact) in ray.dir.iter().zip(exact) {
+                let word = f64::from(*word) / f64::from(one) * f64::from(scale).exp2();
+                assert!((word - exact).abs() < 1e-6, "ray {i}: {:?}", ray.dir);
+            }
+        }
     }
 }
 
@@ -190,7 +210,9 @@ fn validate_each_fault_is_named() {
     // The fourth corner lies outside the cube.
     assert!(matches!(fan([255, 250, 200], [4095; 2]).validate(&formats), Err(BundleError::Direction { .. })));
     let frame = [[0; 3]; 3];
-    assert_eq!(BundleWords::Hemisphere { apex, frame, n: 1, m: 1 }.validate(&formats), Err(zero));
+    let hemisphere = |frame, jitter| BundleWords::Hemisphere { apex, frame, n: 1, m: 1, jitter };
+    assert_eq!(hemisphere(frame, [32; 2]).validate(&formats), Err(zero));
+    assert_eq!(hemisphere([[1; 3]; 3], [63, 64]).validate(&formats), word("jitter", 64, 0, 63));
 }
 
 #[path = "bundle_oracle_tests.rs"]

@@ -5,6 +5,8 @@
 //! ```
 //! Entries stand at k/64, not at (k + 1/2)/64: the centres of 1, 2, 4 ... 32 strata are then entries exactly. Entry 0
 //! would lie on the rim, along the surface, and is no such centre; it stands at 1/128, the first centre of 64 strata.
+//! All 64 places together lean by 1/128 of the square to one corner: who moves strata through them all turns the frame by
+//! quarters, too, which map the square onto itself.
 //! Concentric map (Shirley, Chiu 1997), computed with one portable mathematics library, so that the table has the same
 //! bits on every machine. Largest word: 2^D (1.0).
 

@@ -212,7 +212,11 @@ fn hemisphere_wires_at_the_extremes_stay_in_and_come_near_their_bounds() {
         assert_eq!(i128::from(one), bound(&formats, "hemisphere_word"));
         // The middle of the table is the normal, 2^D, times a frame word of 2^D.
         let frame = [[0; 3], [0; 3], [one, 0, -one]];
-        let (ray, scale) = expand(&formats, &BundleWords::Hemisphere { apex: [0; 3], frame, n: 1, m: 1 }, 0);
+        let (ray, scale) = expand(
+            &formats,
+            &BundleWords::Hemisphere { apex: [0; 3], frame, n: 1, m: 1, jitter: [32; 2] },
+            0,
+        );
         assert_eq!((ray.dir, scale), ([one / 2, 0, -one / 2], 1));
         assert_eq!(1 << (2 * d), bound(&formats, "hemisphere_product"));
         let most = bound(&formats, "hemisphere_direction") as f64 / f64::from(2 * d).exp2();
@@ -220,7 +224,7 @@ fn hemisphere_wires_at_the_extremes_stay_in_and_come_near_their_bounds() {
         for signs in 0..4 {
             let signed = |axis: u32| if signs >> axis & 1 == 0 { one } else { -one };
             let frame = [[signed(0); 3], [signed(1); 3], [one; 3]];
-            let bundle = BundleWords::Hemisphere { apex: [0; 3], frame, n: 8, m: 8 };
+            let bundle = BundleWords::Hemisphere { apex: [0; 3], frame, n: 8, m: 8, jitter: [32; 2] };
             for i in 0..64 {
                 let Ok(()) = bundle.validate(&formats) else { continue };
                 let (ray, scale) = bundle.scaled_ray(&formats, i);

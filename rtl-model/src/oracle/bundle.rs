@@ -70,9 +70,10 @@ pub fn scaled_ray(formats: &Formats, bundle: &BundleWords, i: usize) -> (RayWord
             };
             (*apex, [0, 1, 2].map(word).map(whole), f, true)
         }
-        BundleWords::Hemisphere { apex, frame, n, m } => {
+        BundleWords::Hemisphere { apex, frame, n, m, jitter } => {
             let (column, row) = stratum(i, *n);
-            let entry = table_entry(d, table_place(column, *n), table_place(row, *m));
+            let [along_u, along_v] = jitter.map(|place| f64::from(place) / TABLE_SIDE);
+            let entry = table_entry(d, table_place(column + along_u, *n), table_place(row + along_v, *m));
             let word = |k: usize| sum_of_products(entry, frame.map(|axis| f64::from(axis[k])));
             (*apex, [0, 1, 2].map(word), 2 * d, false)
         }
@@ -94,10 +95,11 @@ fn stratum(i: usize, n: u32) -> (f64, f64) {
     (i as f64 - row * f64::from(n.max(1)), row)
 }
 
-/// The place in the table, 0..64, at or just below the centre (place + 1/2)/n of a stratum.
+/// The place in the table, 0..64, at or just below `place`/n of the square, `place` in strata.
 fn table_place(place: f64, n: u32) -> f64 {
-    // At most 64 strata: a quotient that is not whole is 1/128 away from the next whole number, far over its error.
-    (TABLE_SIDE * (place + 0.5) / f64::from(n.max(1))).floor().min(TABLE_SIDE - 1.0)
+    // Whole numbers below 64^2 over at most 64: a quotient that is not whole is 1/64 away from the next whole number, far
+    // over its error.
+    (TABLE_SIDE * place / f64::from(n.max(1))).floor().min(TABLE_SIDE - 1.0)
 }
 
 /// A table entry in words of D fraction bits: concentric map of places (k, l)/64, place 0 at 1/128.

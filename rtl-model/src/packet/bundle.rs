@@ -8,7 +8,7 @@
 //! |---|---|---|---|
 //! | 0 tile | corner, step u, step v: 9 (D + guard + 2) | 30 + 3 (F+1) + 9 (D+10) | 52 |
 //! | 1 fan | three vertices: 9 (F+1); jitter: 2 x 12 | 54 + 12 (F+1) | 48 |
-//! | 2 hemisphere | frame: 9 (D+2), as its words reach 2^D | 30 + 3 (F+1) + 9 (D+2) | 44 |
+//! | 2 hemisphere | frame: 9 (D+2), as its words reach 2^D; jitter: 2 x 6 | 42 + 3 (F+1) + 9 (D+2) | 44 |
 //! | 3 targets | n-1 = points - 1, m-1 = 0; points: 3 (F+1) each | 30 + 3 (F+1) (points + 1) | 16 + 9.375 a point |
 //!
 //! Worked example, F = D = 8, targets, apex (1, 0, 0), one point (0, 1, 0), nearest, tag 1: kind 3, tag at bit 15,
@@ -16,7 +16,7 @@
 
 use super::fields::{FieldReader, FieldWriter};
 use super::{MAX_BUNDLE_RAYS, PacketError, TAG_BITS, padded_bytes};
-use crate::datapath::bundle::{BundleWords, JITTER_BITS, STEP_GUARD_BITS};
+use crate::datapath::bundle::{BundleWords, HEMISPHERE_LOG2, JITTER_BITS, STEP_GUARD_BITS};
 use crate::fixed::{Formats, index, word_count};
 
 /// Bits of the header without the apex.
@@ -43,7 +43,7 @@ fn bundle_bits(formats: &Formats, kind: u64, n_points: u32) -> u32 {
     let parameters = match kind {
         0 => 9 * tile_word(formats),
         1 => 9 * coordinate + 2 * JITTER_BITS,
-        2 => 9 * (formats.dir_frac_bits + 2),
+        2 => 9 * (formats.dir_frac_bits + 2) + 2 * HEMISPHERE_LOG2,
         _ => 3 * coordinate * n_points,
     };
     HEADER_BITS + 3 * coordinate + parameters
@@ -85,8 +85,9 @@ pub fn pack_bundle(formats: &Formats, packet: &BundlePacket) -> Vec<u32> {
             vertices.iter().for_each(|v| record.vector(*v, coordinate));
             jitter.iter().for_each(|j| record.unsigned(u64::from(*j), JITTER_BITS));
         }
-        BundleWords::Hemisphere { frame, .. } => {
+        BundleWords::Hemisphere { frame, jitter, .. } => {
             frame.iter().for_each(|axis| record.vector(*axis, formats.dir_frac_bits + 2));
+            jitter.iter().for_each(|j| record.unsigned(u64::from(*j), HEMISPHERE_LOG2));
         }
         BundleWords::Targets { points, .. } => {
             points.iter().for_each(|point| record.vector(*point, coordinate));
@@ -130,7 +131,8 @@ pub fn unpack_bundle(formats: &Formats, words: &[u32]) -> Result<BundlePacket, P
         },
         2 => {
             let frame = [(); 3].map(|()| record.vector(formats.dir_frac_bits + 2));
-            BundleWords::Hemisphere { apex, frame, n, m }
+            let jitter = [(); 2].map(|()| record.word(HEMISPHERE_LOG2));
+            BundleWords::Hemisphere { apex, frame, n, m, jitter }
         }
         _ => {
             let points = (0..n).map(|_| record.vector(coordinate)).collect();

@@ -18,7 +18,7 @@ fn record_sizes_default_formats_are_those_of_the_table() {
     let bytes = |bundle: BundleWords| bundle_bytes(&bundle, &default);
     assert_eq!(bytes(BundleWords::Tile { apex, corner, step_u, step_v, n: 8, m: 8 }), 52);
     assert_eq!(bytes(BundleWords::Fan { apex, vertices: [[0; 3]; 3], n: 4, m: 4, jitter: [0; 2] }), 48);
-    assert_eq!(bytes(BundleWords::Hemisphere { apex, frame: [[0; 3]; 3], n: 8, m: 8 }), 44);
+    assert_eq!(bytes(BundleWords::Hemisphere { apex, frame: [[0; 3]; 3], n: 8, m: 8, jitter: [32; 2] }), 44);
     assert_eq!(bytes(BundleWords::Targets { apex, points: vec![[0; 3]; 1] }), 24);
     assert_eq!(bytes(BundleWords::Targets { apex, points: vec![[0; 3]; 64] }), 616);
 }
@@ -85,12 +85,8 @@ fn bundle(formats: Formats) -> impl Strategy<Value = BundleWords> {
         }),
         (point(f), [point(f), point(f), point(f)], size(), [0_u32..4096, 0_u32..4096])
             .prop_map(|(apex, vertices, (n, m), jitter)| BundleWords::Fan { apex, vertices, n, m, jitter }),
-        (point(f), frame(), size()).prop_map(|(apex, frame, (n, m))| BundleWords::Hemisphere {
-            apex,
-            frame,
-            n,
-            m
-        }),
+        (point(f), frame(), size(), [0_u32..64, 0_u32..64])
+            .prop_map(|(apex, frame, (n, m), jitter)| BundleWords::Hemisphere { apex, frame, n, m, jitter }),
         (point(f), prop::collection::vec(point(f), 1..=64))
             .prop_map(|(apex, points)| BundleWords::Targets { apex, points }),
     ]

@@ -14,7 +14,7 @@ mod patch_test;
 use rayon::prelude::*;
 
 use super::bundle::{check_bundles, check_ray};
-use super::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit, bend_m};
+use super::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit, bend_m};
 use crate::geom::{Aabb, Ray};
 use crate::mesh::PatchId;
 use bvh4::{Bvh4, Pending};
@@ -83,7 +83,7 @@ impl SoftwareCaster {
     }
 
     /// Answers every ray of a query, in order, on all threads.
-    fn cast_all<T: Send>(
+    fn cast_all<T: Send + Clone + Default>(
         &self,
         query: Query<'_>,
         answer: impl Fn(&mut Vec<Pending>, &Ray) -> T + Sync,
@@ -102,19 +102,43 @@ impl SoftwareCaster {
                     .collect()
             }
             Query::Bundles(bundles) => {
-                check_bundles(bundles)?;
+                check_bundles_in_parallel(bundles)?;
                 bundles
                     .par_chunks(BUNDLES_PER_CHUNK)
                     .map(|chunk| {
                         let mut stack = Vec::with_capacity(128);
-                        let rays = chunk.iter().flat_map(|b| (0..b.n_rays()).map(|i| b.ray(i)));
-                        rays.map(|r| answer(&mut stack, &r)).collect()
+                        let mut rays = Vec::with_capacity(chunk.iter().map(RayBundle::n_rays).sum());
+                        chunk.iter().for_each(|bundle| bundle.for_each_ray(|ray| rays.push(ray)));
+                        // Rays of one stratum of neighbouring hemispheres run side by side, those of one bundle apart.
+                        let stride = stratum_stride(chunk).unwrap_or(rays.len());
+                        let mut answers = vec![T::default(); rays.len()];
+                        for stratum in 0..stride {
+                            for i in (stratum..rays.len()).step_by(stride) {
+                                answers[i] = answer(&mut stack, &rays[i]);
+                            }
+                        }
+                        answers
                     })
                     .collect()
             }
         };
-        Ok(parts.into_iter().flatten().collect())
+        Ok(parts.concat())
     }
+}
+
+/// Rays of each bundle when all are hemispheres of one size.
+fn stratum_stride(bundles: &[RayBundle]) -> Option<usize> {
+    let n_rays = bundles.first()?.n_rays();
+    let alike = |b: &RayBundle| matches!(b, RayBundle::Hemisphere { .. }) && b.n_rays() == n_rays;
+    bundles.iter().all(alike).then_some(n_rays)
+}
+
+/// [`check_bundles`] on all threads: the first fault is sought only when there is one.
+fn check_bundles_in_parallel(bundles: &[RayBundle]) -> Result<(), CastError> {
+    if bundles.par_chunks(BUNDLES_PER_CHUNK).all(|chunk| check_bundles(chunk).is_ok()) {
+        return Ok(());
+    }
+    check_bundles(bundles)
 }
 
 impl RayCaster for SoftwareCaster {

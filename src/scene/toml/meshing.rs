@@ -9,7 +9,6 @@ pub(super) fn resolve(
     source: &Source<'_>,
     raw: Option<Table<RawMeshing>>,
     surfaces: &[Surface],
-    warnings: &mut Vec<String>,
 ) -> Result<Meshing, SceneError> {
     let mut meshing = Meshing::default();
     let Some(Table(raw)) = raw else { return Ok(meshing) };
@@ -32,12 +31,7 @@ pub(super) fn resolve(
         }
         (None, None) => {}
     }
-    if let Some(adaptive) = &raw.adaptive {
-        meshing.adaptive = *adaptive.get_ref();
-        if meshing.adaptive {
-            warnings.push(source.warning(adaptive.span(), "adaptive = true: meshing is uniform for now"));
-        }
-    }
+    meshing.adaptive = raw.adaptive.as_ref().is_some_and(|adaptive| *adaptive.get_ref());
     Ok(meshing)
 }
 
@@ -87,9 +81,9 @@ mod tests {
     }
 
     #[test]
-    fn adaptive_meshing_is_accepted_with_a_warning_that_names_its_place() {
-        let (meshing, warnings) = meshing("[meshing]\nmax_element_m = 0.5\nadaptive = true").unwrap();
-        assert!(meshing.adaptive);
-        assert!(warnings.len() == 1 && warnings[0].starts_with("scene.toml:10:12: "), "{warnings:?}");
+    fn adaptive_meshing_is_asked_for_by_its_key_alone() {
+        let (adaptive, warnings) = meshing("[meshing]\nmax_element_m = 0.5\nadaptive = true").unwrap();
+        assert!(adaptive.adaptive && warnings.is_empty(), "{warnings:?}");
+        assert!(!meshing("[meshing]\nmax_element_m = 0.5").unwrap().0.adaptive);
     }
 }

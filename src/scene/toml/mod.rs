@@ -52,7 +52,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
         let message = "a scene without surfaces, expected at least one `[[surface]]` or `[[mesh]]`";
         return Err(source.fault(0..0, message));
     }
-    let meshing = meshing::resolve(&source, raw.meshing, &surfaces, &mut warnings)?;
+    let meshing = meshing::resolve(&source, raw.meshing, &surfaces)?;
     if lights.is_empty() && surfaces.iter().all(|s| s.exitance.is_black()) {
         warnings.push(format!("{}: nothing emits light: the picture will be black", path.display()));
     }

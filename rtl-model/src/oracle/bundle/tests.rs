@@ -149,6 +149,6 @@ fn ray_worked_examples_of_every_kind() {
     let fan = BundleWords::Fan { apex, vertices, n: 1, m: 1, jitter: [2048, 2048] };
     assert_eq!(ray(&formats, &fan, 0), RayWords { origin: apex, dir: [0, 0, 128], t_max: 128 });
     let frame = [[256, 0, 0], [0, 256, 0], [0, 0, 256]];
-    let up = BundleWords::Hemisphere { apex, frame, n: 1, m: 1 };
+    let up = BundleWords::Hemisphere { apex, frame, n: 1, m: 1, jitter: [32; 2] };
     assert_eq!(scaled_ray(&formats, &up, 0), (RayWords { origin: apex, dir: [0, 0, 128], t_max: 1024 }, 1));
 }

@@ -1,0 +1,42 @@
+//! Quick runs: the measure itself, and that refined meshes beat uniform ones by it.
+
+use super::measure::sized;
+use super::*;
+use crate::mesh::Mesh;
+use crate::raycast::software::SoftwareCaster;
+
+#[test]
+fn refined_mesh_needs_fewer_elements_than_the_uniform_one_and_more_than_the_best_quadtree() {
+    for (case, most) in CASES.iter().zip([0.8, 1.0]) {
+        let outcome = measure(case, Extent::Quick).unwrap();
+        let share = outcome.share(|m| m.mesh_error).expect("one of the wanted errors is met");
+        let best = outcome.best as f64 / outcome.uniform.elements as f64;
+        assert!(best <= share && share <= most, "{}: {share}, best {best}", case.name);
+        assert!(outcome.ours.len() == WANTED.len() && outcome.uniform.errors.bilinear > 0.0);
+    }
+}
+
+#[test]
+fn reference_against_itself_has_no_error_but_that_of_its_vertices() {
+    let scene = Scene::parse(CASES[1].text, Path::new("scene.toml")).unwrap();
+    let target = MeshTarget::MaxElementM(0.25);
+    let options = SolveOptions::default();
+    let mut reference = Reference::new(&scene, target, 1, &options).unwrap();
+    let scene = sized(&scene, target);
+    let coarse = Mesh::build(&scene);
+    let same =
+        Mesh::build_with(&scene, &coarse.subdivision().split(&vec![true; coarse.elements.len()])).unwrap();
+    let mut caster = SoftwareCaster::new(same.cast_patches());
+    let solution = crate::radiosity::solve(&scene, &same, &mut caster, &options, &mut |_| {}).unwrap();
+    let patches = found_in(&same, &reference.samples).unwrap();
+    assert!(patches.iter().all(Option::is_some));
+    let meshed = measure::Meshed { mesh: same, solution, refined: None };
+    let errors = reference.errors(&meshed, &patches);
+    assert!(errors.constant < 1e-12, "{}", errors.constant);
+    let alone = reference.interpolation_error(&meshed.mesh, &patches).unwrap();
+    assert!((alone - errors.bilinear).abs() < 1e-6, "{alone} vs {}", errors.bilinear);
+    // A full tree is the uniform mesh; pruning for no error keeps all of it.
+    let trees = Quadtrees::new(&scene, target, 2, &mut reference).unwrap();
+    let (n, error) = trees.fewest(0.0);
+    assert!(n as usize <= meshed.mesh.elements.len() && error <= alone + 1e-6, "{n}: {error}");
+}

@@ -1,0 +1,113 @@
+//! Going on from a solution after a change of emission, reflectance or lights: only the difference is shot.
+//!
+//! ```text
+//! Stored (E, what was unshot, old lighting), new scene --> State: same E, unshot = what the change adds or takes away
+//! ```
+//! E = sum_j F_j B_j of what was shot. With the new lighting a patch has to have shot M' + rho' E in the end; it has shot
+//! M + rho E less what was unshot. So it shoots, beside what was unshot, M' - M as direct light and (rho' - rho) E as
+//! indirect light, both exact, of either sign. A light without area shines once as it was, negatively, and once as it is.
+//! Source: Chen 1990, "Incremental radiosity"; George, Sillion, Greenberg 1990.
+//!
+//! What reflectance zero leaves cannot be said as irradiance that waits to be reflected; it waits as radiosity.
+//! Not modelled: changes of geometry.
+
+use super::shooting::{Solver, add_light};
+use super::solution_file::Stored;
+use super::state::{Known, State, magnitude};
+use super::{EarlierWork, EnergyAccount, ErrorEstimate, SolveError};
+use crate::raycast::RayCaster;
+
+/// Least reflectance that a difference of radiosity is divided by.
+const MIN_REFLECTANCE: f64 = 1e-6;
+
+/// The state of a solve that goes on from `stored`; one with nothing shot where that is less work, because the change is
+/// as large as all that the scene emits.
+pub(super) fn begin(
+    solver: &mut Solver<'_>,
+    stored: &Stored,
+    caster: &mut dyn RayCaster,
+) -> Result<State, SolveError> {
+    let state = changed(solver, stored, caster)?;
+    if state.unshot_power_w() < magnitude(state.account.emitted_w) {
+        return Ok(state);
+    }
+    let mut anew = solver.begin(caster)?;
+    anew.n_rays += state.n_rays;
+    Ok(anew)
+}
+
+fn changed(
+    solver: &mut Solver<'_>,
+    stored: &Stored,
+    caster: &mut dyn RayCaster,
+) -> Result<State, SolveError> {
+    let Stored { solution, lighting, .. } = stored;
+    let (scene, mesh) = (solver.scene, solver.mesh);
+    let mut state = State::new(scene, mesh);
+    for (element, e) in state.elements.iter_mut().zip(&solution.element_irradiance) {
+        element.irradiance = *e;
+    }
+    state.vertices.clone_from(&solution.vertex_irradiance);
+    let EnergyAccount { emitted_w: before_w, lost_w, back_w, .. } = solution.account;
+    let mut emitted_w = before_w;
+    for (p, patch) in mesh.patches.iter().enumerate() {
+        let surface = patch.surface.0 as usize;
+        let (then, now) = (&lighting.surfaces[surface], &scene.surfaces[surface]);
+        let (rho_then, rho) = (then.reflectance, scene.material(now).reflectance);
+        let more = now.exitance - then.exitance;
+        emitted_w += more * patch.area_m2;
+        state.unshot_exitance[p] = solution.unshot[p].emitted + more;
+        let left = solution.unshot[p].reflected;
+        for e in patch.elements.clone() {
+            let share = mesh.elements[e as usize].area_m2 / patch.area_m2;
+            let element = &mut state.elements[e as usize];
+            let to_shoot = (rho - rho_then) * element.irradiance.total() + left;
+            for c in 0..3 {
+                if rho.0[c] >= MIN_REFLECTANCE {
+                    element.unshot.0[c] = to_shoot.0[c] / rho.0[c];
+                } else if patch.area_m2 > 0.0 {
+                    state.unshot_reflected[p].0[c] += to_shoot.0[c] * share;
+                }
+            }
+        }
+    }
+    state.account = EnergyAccount { emitted_w, lost_w, back_w, ..EnergyAccount::default() };
+    let n = lighting.lights.len().max(scene.lights.len());
+    for i in 0..n {
+        let (then, now) = (lighting.lights.get(i), scene.lights.get(i));
+        if then == now {
+            continue;
+        }
+        for (light, share) in [(then, -1.0), (now, 1.0)] {
+            if let Some(light) = light {
+                let shot = solver.light_shot(light, caster)?;
+                add_light(&mut state, &shot, share);
+            }
+        }
+    }
+    state.known = solution.shooters.iter().map(|s| (s.patch, Known::of(s))).collect();
+    let before = solution.earlier.unwrap_or_default();
+    state.earlier = Some(EarlierWork {
+        n_solves: before.n_solves + 1,
+        n_shots: before.n_shots + solution.n_shots as u64,
+        n_rays: before.n_rays + solution.n_rays,
+    });
+    state.earlier_error.clone_from(&solution.error_estimate);
+    solver.measure_unshot(&mut state);
+    Ok(state)
+}
+
+/// The standard error of two independent parts of the light.
+pub(super) fn combined(earlier: Option<ErrorEstimate>, now: Option<ErrorEstimate>) -> Option<ErrorEstimate> {
+    let (Some(a), Some(b)) = (&earlier, &now) else { return earlier.or(now) };
+    Some(ErrorEstimate {
+        relative_rms: a.relative_rms.hypot(b.relative_rms),
+        surfaces: a.surfaces.iter().zip(&b.surfaces).map(|(a, b)| a.hypot(*b)).collect(),
+        n_rounds: b.n_rounds,
+        n_rays: a.n_rays + b.n_rays,
+    })
+}
+
+#[cfg(test)]
+#[path = "relight_tests.rs"]
+mod tests;
