@@ -1,10 +1,11 @@
-//! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document.
+//! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. The
+//! validation of pass 1 is one of its own, with its own document.
 
 use std::path::{Path, PathBuf};
 
 use super::args::ExperimentArgs;
 use super::{CliError, Outcome};
-use crate::experiments::{self, EXPERIMENTS, Experiment, Extent, Findings, plot};
+use crate::experiments::{self, EXPERIMENTS, Experiment, Extent, Findings, VALIDATION, plot};
 use crate::image::files::check_targets;
 use crate::image::{OutputError, OutputFiles};
 
@@ -12,20 +13,22 @@ use crate::image::{OutputError, OutputFiles};
 pub(super) const ALL: &str = "all";
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
-    // Those of the board, and one of the host that `all` leaves out.
-    let host = experiments::adaptive::EXPERIMENT;
+    // Those of the board, and of the host, which `all` leaves out.
+    let host = [experiments::adaptive::EXPERIMENT, VALIDATION];
+    let is_validation = args.name == VALIDATION.name;
     let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);
-    let chosen: Vec<Experiment> = of_board.chain((args.name == host.name).then_some(host)).collect();
+    let chosen: Vec<Experiment> = of_board.chain(host.into_iter().filter(|e| args.name == e.name)).collect();
     if chosen.is_empty() {
-        let names: Vec<&str> = EXPERIMENTS.iter().map(|e| e.name).chain([host.name]).collect();
+        let names: Vec<&str> = EXPERIMENTS.iter().chain(&host).map(|e| e.name).collect();
         return Err(CliError::Usage(format!("'{}' is none of {}, {ALL}", args.name, names.join(", "))));
     }
-    let folder = &args.output;
+    let default = if is_validation { "docs/validation" } else { "docs/board" };
+    let folder = &args.output.clone().unwrap_or_else(|| PathBuf::from(default));
     std::fs::create_dir_all(folder).map_err(|e| OutputError::Target {
         path: folder.clone(),
         what: format!("cannot make this folder: {e}"),
     })?;
-    let document = (args.name == ALL).then(|| document_of(folder)).transpose()?;
+    let document = (args.name == ALL || is_validation).then(|| document_of(folder)).transpose()?;
     let plots: Vec<PathBuf> = chosen.iter().map(|e| folder.join(format!("{}.svg", e.name))).collect();
     check_targets(plots.iter().map(PathBuf::as_path).chain(document.as_deref()))?;
 
@@ -49,7 +52,11 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     }
     if let Some(path) = &document {
         let name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        files.stage(path, experiments::document(&all, extent, &name).into_bytes());
+        let text = match is_validation {
+            true => experiments::validation_document(&all[0].1, extent, &name),
+            false => experiments::document(&all, extent, &name),
+        };
+        files.stage(path, text.into_bytes());
         outcome.text += &format!("document   {}\n", path.display());
     }
     files.commit()?;

@@ -164,12 +164,13 @@ fn scene_text(inspected: &Inspected) -> String {
     };
     let _ = writeln!(
         out,
-        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}",
+        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}{}",
         mesh.elements.len(),
         mesh.vertices.len(),
         mesh.patches.len(),
         mesh.n_cast_patches,
-        mesh.n_t_junctions
+        mesh.n_t_junctions,
+        if scene.meshing.adaptive { "; refined by pass 1" } else { "" }
     );
     imported(&mut out, scene);
     memory_table(&mut out, mesh);
@@ -195,7 +196,7 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
     let memory = HostMemory::of(mesh, &SolveOptions::default());
     let _ = writeln!(
         out,
-        "memory     {:<18} {:>11} {:>11} {:>11} {:>12}",
+        "memory     {:<26} {:>11} {:>11} {:>11} {:>12}",
         "host", "an element", "a vertex", "a patch", "all"
     );
     let parts = [
@@ -209,7 +210,7 @@ fn memory_table(out: &mut String, mesh: &Mesh) {
         let [element, vertex, patch] =
             each.map(|b| if b > 0.0 { format!("{b:.0} B") } else { "-".to_owned() });
         let all = bytes(memory.total_bytes(part));
-        let _ = writeln!(out, "           {name:<18} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
+        let _ = writeln!(out, "           {name:<26} {element:>11} {vertex:>11} {patch:>11} {all:>12}");
     }
     let _ = writeln!(
         out,

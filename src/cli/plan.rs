@@ -11,7 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::args::{
-    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, PassOneArgs, PictureArgs,
+    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs,
     ReconstructArg, RenderArgs, SwitchArg,
 };
 use super::error::CliError;
@@ -21,7 +21,7 @@ use crate::image::false_colour::{FalseColour, Quantity};
 use crate::image::files::{check_not_inputs, check_targets};
 use crate::image::{OutputError, PictureFormat};
 use crate::radiosity::checkpoint::Keeper;
-use crate::radiosity::{FormFactorMethod, SolveOptions};
+use crate::radiosity::{FormFactorMethod, Kernel, SolveOptions};
 use crate::reconstruct::Method;
 use crate::render::RenderOptions;
 use crate::report::si::vector;
@@ -178,6 +178,10 @@ pub fn resolve_solve(seed: u64, args: &PassOneArgs) -> SolveOptions {
     SolveOptions {
         seed,
         dense_visibility: args.dense_visibility,
+        kernel: match args.kernel {
+            Some(KernelArg::Polygon) | None => Kernel::Polygon,
+            Some(KernelArg::Disc) => Kernel::Disc,
+        },
         form_factors: match args.form_factors {
             Some(FormFactorsArg::Vertex) | None => FormFactorMethod::Vertex,
             Some(FormFactorsArg::Hemisphere) => FormFactorMethod::Hemisphere,
@@ -192,6 +196,7 @@ pub fn resolve_solve(seed: u64, args: &PassOneArgs) -> SolveOptions {
 fn pass_1_flag(args: &PassOneArgs) -> Option<&'static str> {
     let given = [
         (args.dense_visibility, "--dense-visibility"),
+        (args.kernel.is_some(), "--kernel"),
         (args.form_factors.is_some(), "--form-factors"),
         (args.max_shooters.is_some(), "--max-shooters"),
         (args.wanted_error.is_some(), "--wanted-error"),

@@ -8,7 +8,7 @@ use super::{CliError, Outcome, plan};
 use crate::frame::{self, GridOptions, GridProbed};
 use crate::geom::DVec3;
 use crate::image::OutputFiles;
-use crate::image::false_colour::{Field, Quantity};
+use crate::image::false_colour::{FalseColour, Field, Quantity};
 use crate::photometry::{GridPlace, GridSpec};
 use crate::radiosity::{ProbePoint, SolveOptions};
 use crate::report::{self, GridReport, ProbeReport, ProbedPoint, ScaledPicture, SceneFacts};
@@ -81,12 +81,12 @@ const PICTURE_SIDE: u32 = 640;
 
 /// The wanted grid, if any.
 fn grid_spec(args: &ProbeArgs) -> Result<Option<GridSpec>, CliError> {
-    let vector = |flag: &str, text: &Option<String>| plan::parse_vector(flag, text.as_deref().unwrap_or(""));
+    let edge = |flag: &str, text: &Option<String>| plan::parse_point(flag, text.as_deref().unwrap_or(""));
     let place = match (&args.grid, &args.surface) {
         (Some(corner), _) => GridPlace::Plane {
             corner: plan::parse_point("--grid", corner.strip_prefix("corner=").unwrap_or(corner))?,
-            edge_u: vector("--edge-u", &args.edge_u)?,
-            edge_v: vector("--edge-v", &args.edge_v)?,
+            edge_u: edge("--edge-u", &args.edge_u)?,
+            edge_v: edge("--edge-v", &args.edge_v)?,
         },
         (None, Some(name)) => GridPlace::Surface(name.clone()),
         (None, None) => return Ok(None),
@@ -111,6 +111,7 @@ fn refuse_flags_of_grids(args: &ProbeArgs) -> Result<(), CliError> {
         ("--skip-hidden", args.skip_hidden),
         ("--csv", args.csv.is_some()),
         ("--output", args.output.is_some()),
+        ("--scale", args.scale.resolve() != Ok(FalseColour::default())),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((flag, _)) => Err(CliError::Usage(format!("{flag} has no use without --grid or --surface"))),

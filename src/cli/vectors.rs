@@ -39,6 +39,7 @@ fn check_flags(args: &SimulateArgs) -> Result<(), CliError> {
         "seed",
         "dense_visibility",
         "form_factors",
+        "kernel",
         "max_shooters",
         "wanted_error",
         "width",

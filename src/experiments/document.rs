@@ -44,24 +44,41 @@ pub fn document(all: &[(Experiment, Findings)], extent: Extent, folder: &str) ->
     }
     for (experiment, findings) in all {
         let _ = write!(out, "\n## {}: {}\n\n", experiment.name, experiment.title);
-        out += &wrapped(&format!("**Question.** {}", findings.question), "", "");
-        out += "\n";
-        out += &wrapped(&format!("**What was run.** {}", findings.method), "", "");
-        let _ = write!(out, "\n![{}]({folder}/{}.svg)\n", experiment.title, experiment.name);
-        for table in &findings.tables {
-            let _ = write!(out, "\n{}:\n\n{}", table.title, table.markdown());
-        }
-        out += "\n**What it says.**\n\n";
-        for sentence in &findings.says {
-            out += &wrapped(sentence, "- ", "  ");
-        }
-        out += "\n**Checked in the run.**\n\n";
-        for check in &findings.checks {
-            let mark = if check.holds { "holds" } else { "FAILS" };
-            out += &wrapped(&format!("{mark}: {}", check.what), "- ", "  ");
-        }
+        section(&mut out, experiment, findings, folder);
     }
     out
+}
+
+/// The document of the validation. `folder` is where its plot and rows lie, as seen from the document.
+pub fn validation_document(findings: &Findings, extent: Extent, folder: &str) -> String {
+    let flag = extent.pick("", " --quick");
+    let mut out = format!(
+        "# Pass 1 against closed forms\n\n\
+         Made by `radeng experiment validation{flag}`, which ends with exit status 1 when a row is out of its bound. Every row is\n\
+         asserted by `cargo test --release --lib validation` as well. Rows as CSV lie in `{folder}/`.\n\n"
+    );
+    section(&mut out, &super::VALIDATION, findings, folder);
+    out
+}
+
+/// Question, what was run, plot, tables, what it says, checks.
+fn section(out: &mut String, experiment: &Experiment, findings: &Findings, folder: &str) {
+    *out += &wrapped(&format!("**Question.** {}", findings.question), "", "");
+    *out += "\n";
+    *out += &wrapped(&format!("**What was run.** {}", findings.method), "", "");
+    let _ = write!(out, "\n![{}]({folder}/{}.svg)\n", experiment.title, experiment.name);
+    for table in &findings.tables {
+        let _ = write!(out, "\n{}:\n\n{}", table.title, table.markdown());
+    }
+    *out += "\n**What it says.**\n\n";
+    for sentence in &findings.says {
+        *out += &wrapped(sentence, "- ", "  ");
+    }
+    *out += "\n**Checked in the run.**\n\n";
+    for check in &findings.checks {
+        let mark = if check.holds { "holds" } else { "FAILS" };
+        *out += &wrapped(&format!("{mark}: {}", check.what), "- ", "  ");
+    }
 }
 
 /// The anchor that a heading gets.

@@ -29,8 +29,9 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 mod throughput;
+mod validation;
 
-pub use document::{document, terminal_text};
+pub use document::{document, terminal_text, validation_document};
 use plot::Panel;
 use table::Table;
 
@@ -101,6 +102,10 @@ pub const EXPERIMENTS: [Experiment; 8] = [
     Experiment { name: "throughput", title: "Throughput over the board's parameters", run: throughput::run },
 ];
 
+/// Pass 1 against closed forms: no question to the board, and a document of its own.
+pub const VALIDATION: Experiment =
+    Experiment { name: "validation", title: "Pass 1 against closed forms", run: validation::run };
+
 /// What an experiment found.
 #[derive(Clone, Debug)]
 pub struct Findings {
@@ -146,12 +151,12 @@ pub enum ExperimentError {
     /// A caster.
     #[error(transparent)]
     Cast(#[from] CastError),
+    /// Pass 1.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
-    /// A solve.
-    #[error(transparent)]
-    Solve(#[from] SolveError),
     /// A specification.
     #[error(transparent)]
     Spec(#[from] SpecError),

@@ -16,6 +16,8 @@ pub enum Cell {
     Count(u64),
     /// A measured or computed number.
     Number(f64),
+    /// A number that is to be compared: shown to seven digits.
+    Precise(f64),
     /// Not measured.
     None,
 }
@@ -136,7 +138,7 @@ impl Table {
                 .map(|cell| match cell {
                     Cell::Text(text) => quoted(text),
                     Cell::Count(n) => n.to_string(),
-                    Cell::Number(x) => x.to_string(),
+                    Cell::Number(x) | Cell::Precise(x) => x.to_string(),
                     Cell::None => String::new(),
                 })
                 .collect();
@@ -163,9 +165,23 @@ impl Cell {
             Cell::Text(text) => text.clone(),
             Cell::Count(n) => n.to_string(),
             Cell::Number(x) => digits(*x),
+            Cell::Precise(x) => precise(*x),
             Cell::None => "-".to_owned(),
         }
     }
+}
+
+/// Seven significant digits; fixed notation from a thousandth up.
+fn precise(x: f64) -> String {
+    let m = x.abs();
+    if m == 0.0 {
+        return "0".to_owned();
+    }
+    if m < 1e-3 {
+        return format!("{x:.2e}");
+    }
+    let places = 6 - m.log10().floor().clamp(-3.0, 6.0) as i32;
+    format!("{x:.*}", places as usize)
 }
 
 /// Three or four significant digits in fixed notation.

@@ -247,6 +247,7 @@ fn settings(host: &HostRun<'_>) -> Vec<Setting> {
             max_shots,
             seed,
             dense_visibility,
+            kernel,
             max_row_bytes,
             form_factors,
             max_shooters,
@@ -256,7 +257,7 @@ fn settings(host: &HostRun<'_>) -> Vec<Setting> {
             "pass 1",
             format!(
                 "unshot_share = {unshot_share}, max_shots = {max_shots}, seed = {seed}, dense_visibility = \
-                 {dense_visibility}, max_row_bytes = {max_row_bytes}, form_factors = {form_factors:?}, max_shooters = \
+                 {dense_visibility}, kernel = {kernel:?}, max_row_bytes = {max_row_bytes}, form_factors = {form_factors:?}, max_shooters = \
                  {max_shooters}, wanted_error = {wanted_error}"
             ),
         );

@@ -79,9 +79,6 @@ pub(super) fn lay_on(
                 (base.lerp(top, t) + radius * out, if inward { -out } else { out }, area_m2)
             })
         }
-        // Shapes of many faces have no one (s,t).
-        #[allow(unreachable_patterns)]
-        _ => Err(GridError::NoCoordinates { name: surface.name.clone() }),
     }
 }
 

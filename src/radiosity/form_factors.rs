@@ -22,7 +22,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::emitters::Emitter;
-use super::kernel::Source;
+use super::kernel::{Kernel, Source};
+use super::near_field::{self, Extent};
 use super::receivers::Receivers;
 use super::row::SparseRow;
 use crate::geom::{Ray, tangent_frame};
@@ -97,6 +98,7 @@ pub(super) struct FormFactors<'a> {
     pub emitters: &'a [Emitter],
     pub seed: u64,
     pub offset_m: f64,
+    pub kernel: Kernel,
     /// Every quadrature point and vertex casts a ray of its own to shooters that do not emit, too.
     pub dense: bool,
 }
@@ -139,13 +141,15 @@ impl FormFactors<'_> {
 
     /// The shooter made ready.
     fn shooter(&self, id: ShooterId) -> Shooter {
-        match id {
+        let mut shooter = match id {
             ShooterId::Patch(patch) => Shooter::of(self.mesh, patch, self.seed, self.offset_m),
             ShooterId::Emitter(e) => {
                 let key = self.mesh.patches.len() as u64 + u64::from(e);
                 Shooter::of_emitter(&self.emitters[e as usize], key, self.seed, self.offset_m)
             }
-        }
+        };
+        shooter.source = shooter.source.with_kernel(self.kernel);
+        shooter
     }
 
     /// What every receiver asks of a shooter.
@@ -154,7 +158,7 @@ impl FormFactors<'_> {
         let shooter = self.shooter(aim.shooter);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
-        let kernels: Vec<f64> = receivers
+        let mut kernels: Vec<f64> = receivers
             .par_iter()
             .enumerate()
             .with_min_len(1024)
@@ -164,6 +168,7 @@ impl FormFactors<'_> {
                 if is_own { 0.0 } else { shooter.source.form_factor(r.point, r.normal) }
             })
             .collect();
+        self.integrate_near(&shooter, &mut kernels);
         let dense = full || self.dense;
         let looks = (0..receivers.len())
             .into_par_iter()
@@ -174,6 +179,27 @@ impl FormFactors<'_> {
             })
             .collect();
         Plan { shooter, dense, kernels, looks }
+    }
+
+    /// Makes the kernels of elements close to the shooter, whose mean four points do not give, add up to that mean.
+    fn integrate_near(&self, shooter: &Shooter, kernels: &mut [f64]) {
+        let starts = &self.receivers.element_starts;
+        let means: Vec<(usize, f64)> = (self.receivers.extents.par_iter().enumerate().with_min_len(1024))
+            .filter(|(_, extent)| extent.is_near(&shooter.extent))
+            .filter_map(|(e, _)| {
+                let element = &self.mesh.elements[e];
+                let polygon = self.mesh.polygon(&element.corners);
+                let mean = || near_field::mean_form_factor(&shooter.source, &polygon, element.normal);
+                (!shooter.is_own(self.mesh, element.patch)).then(|| (e, mean()))
+            })
+            .collect();
+        for (e, mean) in means {
+            let points = starts[e] as usize..starts[e + 1] as usize;
+            let by_points: f64 = points.clone().map(|i| self.receivers.all[i].weight * kernels[i]).sum();
+            for kernel in &mut kernels[points] {
+                *kernel = if by_points > 0.0 { *kernel * (mean / by_points) } else { mean };
+            }
+        }
     }
 
     /// A row from what its rays saw, in the order of [`FormFactors::bundles`].
@@ -389,6 +415,7 @@ struct Shooter {
     key: u64,
     own: Own,
     source: Source,
+    extent: Extent,
     normal: DVec3,
     centre: DVec3,
     /// Source points on the patch (m), one a stratum, and the same lifted off it.
@@ -411,6 +438,7 @@ impl Shooter {
             key: u64::from(id.0),
             own: Own::Patch(id, patch.twin),
             source: Source::new(&corners),
+            extent: Extent::of(&corners),
             normal: patch.normal,
             centre: corners.iter().sum::<DVec3>() / corners.len() as f64,
             points,
@@ -430,6 +458,7 @@ impl Shooter {
             key,
             own: Own::Surface(emitter.surface),
             source: Source::new(&emitter.corners),
+            extent: Extent::of(&emitter.corners),
             normal: emitter.normal,
             centre: 0.25 * (a + b + c + d),
             points,

@@ -8,6 +8,7 @@
 //! Memory: see [`memory`]. Form-factor rows of patches that shot take 4 bytes a non-zero factor plus 0.2 bytes a receiver,
 //! up to [`SolveOptions::max_row_bytes`].
 
+pub use kernel::Kernel;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::Mesh;
@@ -27,6 +28,7 @@ mod light_shots;
 pub mod lighting;
 pub mod lights;
 pub mod memory;
+mod near_field;
 mod probe;
 mod receivers;
 pub mod refine;
@@ -93,6 +95,9 @@ pub struct SolveOptions {
     /// Cast a visibility ray from every quadrature point and vertex to every shooter; without, one ray an element does
     /// for shooters that do not emit: a quarter of the rays, for 0.2 % RMSE of the Cornell box picture.
     pub dense_visibility: bool,
+    /// Form factor of a point to a patch, before visibility.
+    #[serde(default)]
+    pub kernel: Kernel,
     /// Memory for form-factor rows (bytes); patches whose rows do not fit cast them anew for every shot.
     pub max_row_bytes: u64,
     /// How power is shot.
@@ -124,6 +129,7 @@ impl Default for SolveOptions {
             max_shots: 1_000_000,
             seed: 1,
             dense_visibility: false,
+            kernel: Kernel::Polygon,
             max_row_bytes: 1 << 30,
             form_factors: FormFactorMethod::Vertex,
             max_shooters: 2000,

@@ -8,7 +8,8 @@
 
 use glam::DVec3;
 
-use crate::mesh::{ElementId, Mesh, Vertex};
+use super::near_field::Extent;
+use crate::mesh::{Element, ElementId, Mesh, Vertex};
 
 /// Share of the way in from a border at which a vertex is evaluated.
 const VERTEX_INSET_SHARE: f64 = 1e-6;
@@ -42,6 +43,8 @@ pub(super) struct Receivers {
     pub all: Vec<Receiver>,
     /// Quadrature points of element e: `element_starts[e]..element_starts[e + 1]`; the last entry is their number.
     pub element_starts: Vec<u32>,
+    /// Where each element lies and how large it is.
+    pub extents: Vec<Extent>,
 }
 
 impl Receivers {
@@ -80,7 +83,9 @@ impl Receivers {
                 slot: 0,
             });
         }
-        Receivers { all, element_starts }
+        let extent = |e: &Element| Extent::of(&mesh.polygon(&e.corners));
+        let extents = mesh.elements.iter().map(extent).collect();
+        Receivers { all, element_starts, extents }
     }
 
     /// How many quadrature points; vertices follow.

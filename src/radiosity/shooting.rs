@@ -335,6 +335,7 @@ impl<'a> Solver<'a> {
             emitters: &self.emitters,
             seed: self.options.seed,
             offset_m: self.offset_m,
+            kernel: self.options.kernel,
             dense: self.options.dense_visibility,
         };
         let n_emitters = self.exitance.iter().filter(|m| !m.is_black()).count();

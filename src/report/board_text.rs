@@ -108,7 +108,7 @@ fn purpose_lines(out: &mut String, b: &BoardReport) {
         format!("{name:<12} {bundles:>7} {rays:>7} {tests:>7} {cycles:>7} {time:>8}  {mean:>12} {full:>7}")
     };
     let head = ["", "bundles", "rays", "tests", "cycles", "at clock", "rays/bundle", "full"];
-    line(out, "  for", row(head));
+    line(out, "  purpose", row(head));
     for p in &b.by_purpose {
         let c = &p.counts;
         let occupancy = &c.bundle_occupancy;

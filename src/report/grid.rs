@@ -261,3 +261,79 @@ fn summary_lines(out: &mut String, r: &GridReport, s: &GridSummary) {
 fn vector_m(v: DVec3) -> String {
     format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Irradiance;
+
+    fn report() -> GridReport {
+        let values = [Some(Irradiance(Rgb([1.0, 2.0, 4.0]))), None, Some(Irradiance(Rgb::splat(0.5)))];
+        let points = values.iter().zip(1..).map(|(value, u)| GridPointReport {
+            uv: [u, 1],
+            at: DVec3::new(f64::from(u), 0.5, 0.0),
+            normal: DVec3::Z,
+            irradiance_w_m2: value.map(|e| e.0),
+            illuminance_lx: value.map(|e| e.illuminance_lx()),
+        });
+        GridReport {
+            schema: GridReport::SCHEMA,
+            scene: SceneFacts {
+                path: "room.toml".into(),
+                n_surfaces: 6,
+                n_materials: 1,
+                n_lights: 0,
+                n_elements: 600,
+                n_vertices: 700,
+                n_patches: 150,
+                n_cast_patches: 150,
+                n_t_junctions: 0,
+            },
+            caster: "software",
+            interpolated: false,
+            points: points.collect(),
+            summary: GridSummary::new(values.map(|value| (value, 1.0))),
+            grid: GridFacts {
+                surface: Some("desk".to_owned()),
+                corner_and_edges_m: None,
+                border_m: 0.5,
+                height_m: 0.0,
+                size_m: [3.0, 1.0],
+                n: [3, 1],
+                cell_m: [1.0, 1.0],
+                n_by_en_12464_1: false,
+                en_12464_1_spacing_m: 0.2,
+            },
+            picture: None,
+            timings: Timings::default(),
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn csv_has_units_in_its_header_and_no_numbers_for_hidden_points() {
+        let expected = "u,v,x_m,y_m,z_m,normal_x,normal_y,normal_z,irradiance_r_w_m2,irradiance_g_w_m2,\
+                        irradiance_b_w_m2,illuminance_lx\n\
+                        1,1,1,0.5,0,0,0,1,1,2,4,345.7922\n\
+                        2,1,2,0.5,0,0,0,1,,,,\n\
+                        3,1,3,0.5,0,0,0,1,0.5,0.5,0.5,89.5\n";
+        assert_eq!(report().csv(), expected);
+    }
+
+    #[test]
+    fn text_lists_the_points_and_sums_them_up_within_a_screens_width() {
+        let text = grid_text(&report());
+        for part in [
+            "on 'desk', without a border of 0.5 m\n",
+            "3 x 1 points, cells of 1.000 m x 1.000 m (given; EN 12464-1: p = 0.200 m)",
+            "inside or behind a surface",
+            "E_mean     217.65 lx",
+            "E_min      89.50 lx   at 3.0000 0.5000 0.0000 m",
+            "U0         0.411   = E_min / E_mean",
+            "Ud         0.259   = E_min / E_max",
+        ] {
+            assert!(text.contains(part), "'{part}' is missing in\n{text}");
+        }
+        assert!(text.lines().all(|l| l.chars().count() <= 100), "{text}");
+    }
+}

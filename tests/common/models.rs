@@ -272,6 +272,12 @@ pub fn hostile() -> Vec<Hostile> {
     edit("light past the end", "{\"light\": 0}", "{\"light\": 3}", &["light", "past the end"]);
     edit("accessor past the end", "\"indices\": 1", "\"indices\": 77", &["indices", "past the end"]);
     edit(
+        "positions past the end",
+        "\"POSITION\": 0",
+        "\"POSITION\": 65535",
+        &["POSITION is accessor 65535 of 3"],
+    );
+    edit(
         "view past the end",
         "\"bufferView\": 0, \"componentType\": 5126",
         "\"bufferView\": 8, \"componentType\": 5126",

@@ -27,6 +27,15 @@ pub enum FormFactorsArg {
     Hemisphere,
 }
 
+/// Form factor of a point to a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum KernelArg {
+    /// Lambert's polygon formula, exact
+    Polygon,
+    /// Wallace's disc form, the patch subdivided until its error is under 0.1 %; for comparison
+    Disc,
+}
+
 /// How pass 1 is run.
 #[derive(Clone, Debug, Default, Args)]
 pub struct PassOneArgs {
@@ -34,6 +43,9 @@ pub struct PassOneArgs {
     /// less noise in indirect light
     #[arg(long)]
     pub dense_visibility: bool,
+    /// Kernel of pass 1 [default: polygon]
+    #[arg(long, value_enum, value_name = "KERNEL")]
+    pub kernel: Option<KernelArg>,
     /// How power is shot in pass 1 [default: vertex]
     #[arg(long, value_enum, value_name = "METHOD")]
     pub form_factors: Option<FormFactorsArg>,

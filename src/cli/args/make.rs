@@ -63,14 +63,19 @@ pub struct GenerateArgs {
   descriptors   bundle descriptors against explicit rays on the bus
   throughput    rays a second over the board's parameters
 
+and of pass 1, which `all` leaves out:
+
+  validation    view factors, furnaces, energy, the lit cube, CIE 171 against closed forms: docs/validation.md
+
 The same command writes the same bytes, but for `amdahl`, which measures wall time.
 Exit status 1 when a check that an experiment makes of itself fails.")]
 pub struct ExperimentArgs {
-    /// Which experiment, or all
+    /// Which experiment; `all` of the board; or `validation` of pass 1 against closed forms
     pub name: String,
-    /// Folder for plots (.svg) and rows (.csv), made when missing; of `all`, the document stands beside it as DIR.md
-    #[arg(short, long = "output", value_name = "DIR", default_value = "docs/board")]
-    pub output: PathBuf,
+    /// Folder for plots (.svg) and rows (.csv), made when missing; of `all` and `validation`, the document stands beside
+    /// it as DIR.md [default: docs/board, of `validation` docs/validation]
+    #[arg(short, long = "output", value_name = "DIR")]
+    pub output: Option<PathBuf>,
     /// Small scenes and few points
     #[arg(long)]
     pub quick: bool,

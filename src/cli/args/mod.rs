@@ -12,7 +12,7 @@ mod show;
 mod simulate;
 mod verify;
 
-pub use common::{CastArgs, CasterArg, FormFactorsArg, PassOneArgs, PictureArgs, SwitchArg};
+pub use common::{CastArgs, CasterArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs, SwitchArg};
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};

@@ -100,7 +100,7 @@ pub struct SolveArgs {
     pub max_shots: Option<u32>,
     /// Go on from a solution of the same geometry and mesh whose emission, reflectances or lights were others: only the
     /// change is shot. Sampling is as it was for that solution
-    #[arg(long, value_name = "FILE.radsol", conflicts_with_all = ["exact", "seed", "dense_visibility", "form_factors", "max_shooters", "wanted_error"])]
+    #[arg(long, value_name = "FILE.radsol", conflicts_with_all = ["exact", "seed", "dense_visibility", "kernel", "form_factors", "max_shooters", "wanted_error"])]
     pub continue_from: Option<PathBuf>,
     /// Solve the radiosity equation of the patches by a dense linear solve, as a check of progressive refinement; at most
     /// 5000 patches (0.6 GB of matrices, and 4 bytes for every form factor that is not 0)

@@ -213,15 +213,14 @@ impl Reference {
     /// Luminance (W/m^2) at the vertices of another mesh, bilinear in the reference.
     fn at_vertices(&mut self, mesh: &Mesh) -> Result<Vec<f64>, CastError> {
         let mut places = Vec::with_capacity(mesh.vertices.len());
-        for (v, vertex) in mesh.vertices.iter().enumerate() {
-            let around = mesh.elements_around(crate::mesh::VertexId(v as u32))[0];
-            let surface = mesh.patches[mesh.elements[around.0 as usize].patch.0 as usize].surface.0;
-            places.push((vertex.position + 1e-6 * vertex.inward, vertex.normal, surface));
+        for vertex in &mesh.vertices {
+            places.push((vertex.position + 1e-6 * vertex.inward, vertex.normal, None));
         }
         let patches = found(&self.mesh, &mut self.caster, &places)?;
-        let value = |((point, _, surface), patch): (&(DVec3, DVec3, u32), Option<PatchId>)| match patch {
+        // What nothing is found at is dark.
+        let value = |((point, ..), patch): (&Asked, Option<PatchId>)| match patch {
             Some(patch) => self.field.evaluate(&self.mesh, self.mesh.locate(patch, *point)).luminance(),
-            None => self.means[*surface as usize],
+            None => 0.0,
         };
         Ok(places.iter().zip(patches).map(value).collect())
     }
@@ -232,14 +231,17 @@ impl Reference {
 /// # Errors
 /// When the caster fails.
 pub fn found_in(mesh: &Mesh, samples: &[Sample]) -> Result<Vec<Option<PatchId>>, CastError> {
-    let places: Vec<_> = samples.iter().map(|s| (s.point, s.normal, s.surface)).collect();
+    let places: Vec<_> = samples.iter().map(|s| (s.point, s.normal, Some(s.surface))).collect();
     found(mesh, &mut SoftwareCaster::new(mesh.cast_patches()), &places)
 }
+
+/// A point, its normal, and the surface that it must lie on, where only one will do.
+type Asked = (DVec3, DVec3, Option<u32>);
 
 fn found(
     mesh: &Mesh,
     caster: &mut SoftwareCaster,
-    places: &[(DVec3, DVec3, u32)],
+    places: &[Asked],
 ) -> Result<Vec<Option<PatchId>>, CastError> {
     // Facets of curved surfaces lie a little beside each other.
     let reach = 2e-3 * Aabb::around(mesh.vertices.iter().map(|v| v.position)).size().max_element();
@@ -248,9 +250,10 @@ fn found(
         .map(|(p, n, _)| Ray { t_max: 2.0, ..Ray::unbounded(*p + reach * *n, DVec3::ZERO - reach * *n) })
         .collect();
     let hits = caster.closest_hits(Purpose::Probe, Query::Rays(&rays))?;
-    let patch = |(hit, place): (Option<crate::raycast::RayHit>, &(DVec3, DVec3, u32))| {
+    let patch = |(hit, place): (Option<crate::raycast::RayHit>, &Asked)| {
         let patch = hit.and_then(|hit| mesh.patch_of_hit(hit.patch, hit.facing))?;
-        (mesh.patches[patch.0 as usize].surface.0 == place.2).then_some(patch)
+        let surface = mesh.patches[patch.0 as usize].surface.0;
+        place.2.is_none_or(|wanted| wanted == surface).then_some(patch)
     };
     Ok(hits.into_iter().zip(places).map(patch).collect())
 }

@@ -28,6 +28,9 @@ const NOTHING: [u8; 3] = [96, 96, 96];
 /// Least height of a canvas, in lines of text: the title's, and some ticks.
 const MIN_LINES: usize = 10;
 
+/// Widest and highest field (pixels).
+const MAX_SIDE: usize = 32_768;
+
 /// What is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -141,6 +144,10 @@ impl Field {
     /// # Errors
     /// A field without pixels, or one too large for the format.
     pub fn encode_png(&self, how: FalseColour) -> Result<(Vec<u8>, Scale), OutputError> {
+        if self.width.max(self.height) > MAX_SIDE {
+            let what = format!("{} x {} pixels, at most {MAX_SIDE} are possible", self.width, self.height);
+            return Err(OutputError::Encode { format: "PNG", what });
+        }
         let counted = self.values.iter().zip(&self.counts).filter(|(_, counts)| **counts).map(|(v, _)| *v);
         let scale = how.scale.resolve(counted);
         let canvas = self.draw(scale, how.colours);
@@ -243,7 +250,9 @@ mod tests {
     }
 
     #[test]
-    fn field_without_pixels_is_refused() {
+    fn field_without_pixels_or_too_wide_a_one_is_refused() {
         assert!(ramp(0, 0).encode_png(FalseColour::default()).is_err());
+        let long = ramp(40_000, 1).encode_png(FalseColour::default()).unwrap_err().to_string();
+        assert!(long.contains("40000 x 1 pixels, at most 32768"), "{long}");
     }
 }

@@ -31,6 +31,8 @@ mod gain;
 mod lines;
 mod select;
 mod visibility;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use gain::corner;
 pub use lines::{LineReport, flag_shadow_lines};
@@ -132,9 +134,11 @@ pub fn refine(
     let lines = lines::find(scene, mesh, caster)?;
     report.lines = lines.report();
     report.n_rays += lines.n_rays;
+    let total_area_m2 = mesh.total_area_m2();
+    let wanted = refine.wanted_error * refine.wanted_error * total_area_m2;
     let mut splits = Splits::new(mesh, refine.max_depth);
     for _ in 0..splits.max_depth() {
-        let candidates = splits.candidates(limit);
+        let candidates = splits.candidates(limit, wanted);
         if candidates.is_empty() {
             break;
         }
@@ -151,8 +155,7 @@ pub fn refine(
             splits.measured(patch, place, field.gain(patch, place).max(*seen).max(on_line));
         }
     }
-    let total_area_m2 = mesh.total_area_m2();
-    let chosen = splits.choose(limit, refine.wanted_error * refine.wanted_error * total_area_m2);
+    let chosen = splits.choose(limit, wanted);
     let mut final_mesh = splits.mesh(scene, &chosen.nodes);
     // The balance costs elements that the choice does not know: choose fewer until the limit is met.
     let mut chosen = chosen;
@@ -163,7 +166,7 @@ pub fn refine(
             break;
         }
         budget = budget.saturating_sub(n - limit);
-        chosen = splits.choose(budget, refine.wanted_error * refine.wanted_error * total_area_m2);
+        chosen = splits.choose(budget, wanted);
         final_mesh = splits.mesh(scene, &chosen.nodes);
     }
     report.n_elements = final_mesh.elements.len() as u64;

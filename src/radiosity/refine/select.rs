@@ -16,6 +16,8 @@ use crate::mesh::{MAX_LEVEL, Mesh, Place, Subdivision};
 /// Squared error after a split over that before it, where nothing was measured: between a quadratic, 1/16, and a step,
 /// 1/2.
 const EXPECTED_FALL: f64 = 0.25;
+/// A split is tried at this share of the price at which splits will be made: gains may fall slower than expected.
+const TRIAL_SHARE: f64 = 0.25;
 /// Steps of the search for the price, each halving its logarithm's interval.
 const N_BISECTIONS: u32 = 40;
 
@@ -60,13 +62,14 @@ impl Splits {
         self.gains.insert((patch, place), gain);
     }
 
-    /// Untried splits worth a trial: of all patches at first, then those of elements that a choice within `limit` elements
-    /// would make and, by extrapolation, split again.
-    pub(super) fn candidates(&self, limit: u64) -> Vec<Node> {
+    /// Untried splits worth a trial: of all patches at first, then those of elements that a choice for the wanted squared
+    /// error (m^2) within `limit` elements would make and, by extrapolation, split again.
+    pub(super) fn candidates(&self, limit: u64, wanted: f64) -> Vec<Node> {
         if self.gains.is_empty() {
             return self.roots().filter(|(_, depth)| *depth > 0).map(|(root, _)| root).collect();
         }
-        let price = self.price_for(limit, true);
+        let wanted_price = self.search(|price| self.squared_error(&self.pruned(price, true)) <= wanted);
+        let price = self.price_for(limit, true).max(TRIAL_SHARE * wanted_price);
         let chosen = self.pruned(price, true);
         let tried_above =
             |&(patch, place): &Node| place.parent().is_some_and(|up| self.gains.contains_key(&(patch, up)));
@@ -182,8 +185,8 @@ impl Splits {
             open.push((root, depth, None));
             while let Some((node, left, above)) = open.pop() {
                 let gain = self.gains.get(&node).copied();
+                let gain = gain.or(above.map(|(_, expected)| expected)).unwrap_or(0.0);
                 if is_split(&node) {
-                    let gain = gain.unwrap_or(0.0);
                     // How the gains fell on the way here says how they go on.
                     let fall = match above {
                         Some((up, _)) if up > 0.0 => (4.0 * gain / up).clamp(1.0 / 16.0, 0.5),
@@ -194,7 +197,6 @@ impl Splits {
                         (quarter, left - 1, Some((gain, gain * fall / 4.0)))
                     }));
                 } else {
-                    let gain = gain.or(above.map(|(_, expected)| expected)).unwrap_or(0.0);
                     leaves.push((node, left, ERROR_PER_GAIN * gain));
                 }
             }
@@ -217,5 +219,65 @@ impl Splits {
         Subdivision::new(self.depths.len() as u32, |patch, place| {
             split.binary_search(&(patch, place)).is_ok()
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Trees of `n` patches, gains by hash; every node down to `depth` is tried.
+    fn tried(n: u32, depth: u32, seed: u64) -> Splits {
+        let mut splits = Splits { depths: vec![depth; n as usize], gains: ByNode::new() };
+        let mut open: Vec<(Node, f64)> = (0..n).map(|p| ((p, Place::ROOT), 1.0)).collect();
+        while let Some(((p, place), scale)) = open.pop() {
+            let id = place.quarters().fold(1, |id, q| 4 * id + u64::from(q));
+            let [u, _] = crate::sampling::unit_pair(crate::sampling::hash(seed, p.into(), id));
+            splits.measured(p, place, scale * u * u * u);
+            if place.level() + 1 < depth {
+                open.extend((0..4).map(|k| ((p, place.quarter(k)), 0.4 * scale)));
+            }
+        }
+        splits
+    }
+
+    /// Best total of gain - 3 price over all prunings under `node`, by trying all of them.
+    fn best(splits: &Splits, node: Node, left: u32, price: f64) -> f64 {
+        if left == 0 {
+            return 0.0;
+        }
+        let below: f64 = (0..4).map(|k| best(splits, (node.0, node.1.quarter(k)), left - 1, price)).sum();
+        (splits.gains[&node] - 3.0 * price + below).max(0.0)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn pruning_at_any_price_is_the_best_and_closed_upwards(seed: u64, log_price in -8.0..0.0f64) {
+            let splits = tried(3, 3, seed);
+            let price = log_price.exp();
+            let nodes = splits.pruned(price, false);
+            let got: f64 = nodes.iter().map(|n| splits.gains[n] - 3.0 * price).sum();
+            let most: f64 = (0..3).map(|p| best(&splits, (p, Place::ROOT), 3, price)).sum();
+            prop_assert!((got - most).abs() < 1e-12, "{} vs {}", got, most);
+            prop_assert!(nodes.iter().all(|(p, place)| place.parent().is_none_or(|up| nodes.contains(&(*p, up)))));
+        }
+
+        #[test]
+        fn choice_meets_the_error_within_the_limit_or_says_what_was_cut(
+            seed: u64, limit in 8..200u64, wanted in 0.0..2.0f64
+        ) {
+            let splits = tried(8, 3, seed);
+            let chosen = splits.choose(limit, wanted);
+            prop_assert!(8 + 3 * chosen.nodes.len() as u64 <= limit);
+            if chosen.squared_error > wanted {
+                // More was wanted, or nothing is left to split.
+                prop_assert!(chosen.n_cut_by_count > 0 || chosen.n_cut_by_depth > 0);
+            }
+            let more = splits.choose(limit + 30, wanted);
+            prop_assert!(more.squared_error <= chosen.squared_error + 1e-12);
+        }
     }
 }

@@ -56,9 +56,10 @@ fn hemisphere_in_a_furnace_gives_radiosity_one_within_its_estimate() {
         let b = surface.mean_radiosity_w_m2.0[1];
         assert!((b - 1.0).abs() < 3e-3, "{} {b}", surface.name);
     }
-    for e in &solution.vertex_irradiance {
-        assert!((e.total().0[1] - 1.0).abs() < 0.12, "{e:?}");
-    }
+    let vertices = solution.vertex_irradiance.iter().map(|e| e.total().0[1] - 1.0);
+    let (sum, square) = vertices.fold((0.0, 0.0), |(sum, square), off| (sum + off, square + off * off));
+    let n = mesh.vertices.len() as f64;
+    assert!((sum / n).abs() < 0.01 && (square / n).sqrt() < 0.08, "{} {}", sum / n, (square / n).sqrt());
     let account = &solution.account;
     assert!(account.residual_w.0[0].abs() < 1e-9 * account.emitted_w.0[0], "{account:?}");
     assert_eq!(account.lost_w.0, [0.0; 3]);
@@ -88,13 +89,13 @@ fn hemisphere_of_parallel_and_of_corner_squares_gives_their_view_factors() {
 fn error_estimate_is_the_distance_to_a_converged_solution_for_every_seed() {
     for (name, scene) in [("lit cube", lit_cube(0.5, 150)), ("cluttered", cluttered())] {
         let mesh = Mesh::build(&scene);
-        let converged = solved(&scene, &mesh, &SolveOptions { seed: 99, ..hemisphere(0.006) });
+        let converged = solved(&scene, &mesh, &SolveOptions { seed: 99, ..hemisphere(0.004) });
         for seed in 1..=4 {
-            let solution = solved(&scene, &mesh, &SolveOptions { seed, ..hemisphere(0.04) });
+            let solution = solved(&scene, &mesh, &SolveOptions { seed, ..hemisphere(0.02) });
             let (error, rms) = (estimate(&solution).relative_rms, rms(&mesh, &solution, &converged));
-            assert!(error <= 0.04 && error > 0.02, "{name}, seed {seed}: {error}");
+            assert!(error <= 0.02 && error > 0.01, "{name}, seed {seed}: {error}");
             assert!(
-                (rms / error - 1.0).abs() < 0.2,
+                (rms / error - 1.0).abs() < 0.25,
                 "{name}, seed {seed}: {rms} where {error} was estimated"
             );
         }

@@ -136,6 +136,20 @@ fn check(path: &Path, root: &Root) -> Result<(), SceneError> {
         let message = format!("needs {}: {what} is not read, expected a file without it", shown(extension));
         return Err(SceneError::of_file(path, message));
     }
+    // The crate's own check looks up positions before it has checked their index.
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let positions = primitive.attributes.get(&Checked::Valid(json::mesh::Semantic::Positions));
+            if let Some(index) = positions.filter(|i| i.value() >= root.accessors.len()) {
+                let message = format!(
+                    "meshes[{m}].primitives[{p}].attributes: POSITION is accessor {} of {}, past the end of its list",
+                    index.value(),
+                    root.accessors.len()
+                );
+                return Err(SceneError::of_file(path, message));
+            }
+        }
+    }
     let mut first: Option<String> = None;
     root.validate(root, json::Path::new, &mut |at, error| {
         let at = at().as_str().to_owned();
