@@ -187,8 +187,9 @@ impl Facet {
         self.discs_within(point, normal, &whole, coarse, tolerance, 0)
     }
 
-    /// Sum over a cell's discs, quartered until it agrees with the coarser value. The tolerance is halved from level to
-    /// level, not quartered: errors lie where the point is near, not everywhere.
+    /// Sum over a cell's discs, quartered (three times at least: the horizon may cut it where it looks even) until it agrees
+    /// with the coarser value. The tolerance is halved from level to level, not quartered: errors lie where the point is near,
+    /// not everywhere.
     fn discs_within(
         &self,
         point: DVec3,
@@ -201,7 +202,7 @@ impl Facet {
         let quarters = self.quarters(cell);
         let values = quarters.map(|q| self.disc(point, normal, &q));
         let sum: f64 = values.iter().sum();
-        if depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance {
+        if depth >= 2 && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance) {
             return sum;
         }
         let parts = quarters.iter().zip(values);
