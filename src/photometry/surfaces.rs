@@ -79,7 +79,6 @@ pub(super) fn lay_on(
                 (base.lerp(top, t) + radius * out, if inward { -out } else { out }, area_m2)
             })
         }
-        Shape::Faces(_) => Err(GridError::Faces { name: surface.name.clone() }),
     }
 }
 
