@@ -163,10 +163,10 @@ fn gather_of_many_points_answers_each_as_if_alone() {
     let lamp = surface("lamp", Shape::Quad(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0)), 1.0, false);
     let block = surface("b", Shape::Quad(ceiling([-0.2, 0.4], [-0.3, 0.3], 1.0)), 0.0, false);
     let scene = scene(vec![lamp, block], Vec::new());
-    let points: Vec<_> = (0..3000)
+    let points: Vec<_> = (0..3000u32)
         .map(|k| {
             let position = DVec3::new(f64::from(k % 60) / 30.0 - 1.0, f64::from(k / 60) / 25.0 - 1.0, 0.0);
-            ShadePoint { position, ..up(k as u64) }
+            ShadePoint { position, ..up(k.into()) }
         })
         .collect();
     let [software, board] = gathered(&scene, &points, 4, 7);

@@ -157,9 +157,6 @@ pub enum ExperimentError {
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
-    /// A solve.
-    #[error(transparent)]
-    Solve(#[from] SolveError),
     /// A specification.
     #[error(transparent)]
     Spec(#[from] SpecError),
