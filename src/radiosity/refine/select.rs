@@ -277,7 +277,9 @@ mod tests {
                 prop_assert!(chosen.n_cut_by_count > 0 || chosen.n_cut_by_depth > 0);
             }
             let more = splits.choose(limit + 30, wanted);
-            prop_assert!(more.squared_error <= chosen.squared_error + 1e-12);
+            // The estimate may grow, where a split shows more than was expected under it; what is gained never falls.
+            let gained = |c: &Chosen| c.nodes.iter().map(|n| splits.gains[n]).sum::<f64>();
+            prop_assert!(gained(&more) >= gained(&chosen) - 1e-12);
         }
     }
 }

@@ -126,9 +126,9 @@ fn refinement_has_the_same_bits_for_any_number_of_threads_and_keeps_its_limits()
     assert!(report.n_cut_by_count > 0, "such an error takes more elements: {report:?}");
     assert!(one.elements.iter().all(|e| e.place.level() <= 3));
     assert_eq!(one.cast_patches(), Mesh::build(&scene).cast_patches());
-    // A looser wish takes fewer elements; none takes one a patch.
+    // A looser wish takes no more elements; none takes one a patch.
     let (loose, _) = run(2, &RefineOptions { wanted_error: 0.2, ..options });
-    assert!(loose.elements.len() < one.elements.len());
+    assert!(loose.elements.len() <= one.elements.len());
     let (none, _) = run(2, &RefineOptions { wanted_error: 1e3, ..options });
     assert_eq!(none.elements.len(), none.patches.len());
 }
