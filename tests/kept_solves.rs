@@ -11,7 +11,7 @@ use place::{Place, scene};
 
 /// A scene whose solve takes a few seconds.
 fn solve_args<'a>(scene: &'a str, out: &'a str) -> Vec<&'a str> {
-    vec!["solve", scene, "-o", out, "--elements", "6000", "--unshot", "2e-3"]
+    vec!["solve", scene, "-o", out, "--elements", "3000", "--unshot", "2e-3"]
 }
 
 fn start(place: &Place, args: &[&str]) -> Child {
@@ -63,7 +63,7 @@ fn kill_and_resume(args: &[&str], n: u32) -> u32 {
 #[test]
 fn solve_killed_at_any_moment_goes_on_to_the_same_file() {
     let box_scene = scene("cornell-box");
-    let args = ["solve", &box_scene, "--elements", "3000"];
+    let args = ["solve", &box_scene, "--elements", "800"];
     assert!(kill_and_resume(&args, 5) >= 2);
 }
 

@@ -151,9 +151,6 @@ pub enum ExperimentError {
     /// A caster.
     #[error(transparent)]
     Cast(#[from] CastError),
-    /// Pass 1.
-    #[error(transparent)]
-    Solve(#[from] SolveError),
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),

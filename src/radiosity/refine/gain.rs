@@ -58,7 +58,7 @@ impl<'a> Field<'a> {
         }
         let at = |v: VertexId| self.luminance[v.0 as usize] / mean;
         let quarters = (0..4).map(|k| place.quarter(k));
-        let sum: f64 = match of_patch.corners {
+        match of_patch.corners {
             Corners::Quad(_) => {
                 let f = [0, 1, 2, 3].map(|j| at(corner(self.mesh, patch, place, j)));
                 let of = |(quarter, places): (Place, [(u8, u8); 4])| {
@@ -85,8 +85,7 @@ impl<'a> Field<'a> {
                 };
                 quarters.zip(TRIANGLE).map(of).sum()
             }
-        };
-        sum
+        }
     }
 
     fn area_m2(&self, corners: &[VertexId]) -> f64 {
