@@ -151,6 +151,9 @@ pub enum ExperimentError {
     /// A caster.
     #[error(transparent)]
     Cast(#[from] CastError),
+    /// Pass 1.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
