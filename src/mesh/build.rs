@@ -20,6 +20,9 @@ use crate::geom::DVec3;
 use crate::raycast::Facing;
 use crate::scene::{Scene, SurfaceId};
 
+/// Patches on one edge that are tried as a continuation: a file may put a hundred thousand on it.
+const MAX_FAN: usize = 64;
+
 /// Surfaces of one smooth group continue each other below this angle: cos 40 degrees.
 const COS_SMOOTH: f64 = 0.766_044_443_118_978;
 
@@ -201,6 +204,7 @@ fn pair_edges(scene: &Scene, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32
             let free = |b: &&EdgeRecord| across[(4 * b.patch + b.edge) as usize] == NONE;
             let best = group[k + 1..]
                 .iter()
+                .take(MAX_FAN)
                 .filter(free)
                 .filter_map(|b| smoothness(scene, draft, a, b).map(|c| (c, b)))
                 .reduce(|best, next| if next.0 > best.0 { next } else { best });

@@ -4,7 +4,7 @@
 //! FaceSet, counts per edge --quads: grids; triangles: grids, or halved until their sides agree--> points, patches
 //! ```
 //! The count of an edge depends on the edge alone (and, through quads, on the opposite ones), so faces that meet along
-//! it agree and no edge of the mesh ends inside another. A triangle whose three counts are equal is cut into similar
+//! it agree and no edge of the mesh ends inside another. A sliver of a quad is cut as two triangles. A triangle whose three counts are equal is cut into similar
 //! ones; else its side of most patches is halved toward the opposite corner (Rivara 1984, longest-edge bisection),
 //! which keeps angles from getting ever smaller.
 //!
@@ -70,16 +70,16 @@ impl FaceGrid {
 
 fn n_patches_of(set: &FaceSet, face: &[u32], counts: &[u32], size_m: f64) -> u64 {
     let n_along = |e: usize| u64::from(counts[e]);
-    match *face {
-        [_, _, _, _] => n_along(0) * n_along(1),
-        _ if counts[0] == counts[1] && counts[1] == counts[2] => n_along(0) * n_along(0),
-        _ => {
-            let mut sorted = [n_along(0), n_along(1), n_along(2)];
-            sorted.sort_unstable();
-            let about = sorted[1].saturating_mul(sorted[2]);
-            if about > MANY { about } else { count(set, face, counts, size_m) }
-        }
+    if is_gridded(set, face) {
+        return n_along(0) * n_along(1);
     }
+    let mut sorted: Vec<u64> = (0..face.len()).map(n_along).collect();
+    sorted.sort_unstable();
+    if sorted[0] == sorted[face.len() - 1] && (face.len() == 3 || sorted[0] == 1) {
+        return sorted[0] * sorted[0];
+    }
+    let about = sorted[face.len() - 2].saturating_mul(sorted[face.len() - 1]);
+    if about > MANY { about } else { count(set, face, counts, size_m) }
 }
 
 /// Corner points (m) and patches of a face set.
@@ -98,7 +98,7 @@ pub(super) fn cut(set: &FaceSet, grid: &FaceGrid) -> Tessellation {
         let mut side = |e: usize| cut.edge(&mut edges, face[e], face[(e + 1) % n], counts[e]);
         if n == 4 {
             let sides = [side(0), side(1), side(2), side(3)];
-            quad(&mut cut, sides);
+            quad(&mut cut, sides, is_gridded(set, face), grid.size_m);
         } else {
             let sides = [side(0), side(1), side(2)];
             triangle(&mut cut, sides, grid.size_m);
@@ -113,6 +113,18 @@ fn of_ids(face: &[u32]) -> Corners {
         [a, b, c, d] => Corners::Quad([a, b, c, d].map(VertexId)),
         _ => Corners::Triangle([face[0], face[1], face[2]].map(VertexId)),
     }
+}
+
+/// Whether a face that is cut becomes a grid: a quad whose opposite sides are alike and whose sides stand apart. Others
+/// are two triangles when they are cut: a grid of a sliver would have as many patches as its long sides squared.
+pub(super) fn is_gridded(set: &FaceSet, face: &[u32]) -> bool {
+    let [a, b, c, d] = *face else { return false };
+    let p = |i: u32| set.points()[i as usize];
+    let (e0, e1, e2, e3) =
+        (p(a).distance(p(b)), p(b).distance(p(c)), p(c).distance(p(d)), p(d).distance(p(a)));
+    let alike = |x: f64, y: f64| x.max(y) <= 2.0 * x.min(y);
+    let area = 0.5 * (p(c) - p(a)).cross(p(d) - p(b)).length();
+    alike(e0, e2) && alike(e1, e3) && area >= 0.2 * e0.max(e2) * e1.max(e3)
 }
 
 /// A point under way: its id and its place (m).
@@ -177,11 +189,15 @@ impl Sink for Count {
 
 fn count(set: &FaceSet, face: &[u32], counts: &[u32], size_m: f64) -> u64 {
     let side = |e: usize| -> Vec<At> {
-        let at = |c: usize| set.points()[face[c % 3] as usize];
+        let at = |c: usize| set.points()[face[c % face.len()] as usize];
         (0..=counts[e]).map(|k| (0, at(e).lerp(at(e + 1), f64::from(k) / f64::from(counts[e])))).collect()
     };
     let mut counter = Count(0);
-    triangle(&mut counter, [side(0), side(1), side(2)], size_m);
+    if face.len() == 4 {
+        quad(&mut counter, [side(0), side(1), side(2), side(3)], false, size_m);
+    } else {
+        triangle(&mut counter, [side(0), side(1), side(2)], size_m);
+    }
     counter.0
 }
 
@@ -198,10 +214,7 @@ fn triangle<S: Sink>(sink: &mut S, sides: [Vec<At>; 3], size_m: f64) {
         let middle = n[i] / 2;
         let [side, next, last] = [0, 1, 2].map(|k| &sides[(i + k) % 3]);
         let (from, apex) = (side[middle], last[0]);
-        let n_cut = n_patches_along(from.1.distance(apex.1), size_m);
-        let mut across = vec![from];
-        across.extend((1..n_cut).map(|k| sink.point(from.1.lerp(apex.1, k as f64 / n_cut as f64))));
-        across.push(apex);
+        let across = line(sink, from, apex, size_m);
         let back: Vec<At> = across.iter().rev().copied().collect();
         let halves =
             [[side[..=middle].to_vec(), across, last.clone()], [side[middle..].to_vec(), next.clone(), back]];
@@ -209,6 +222,15 @@ fn triangle<S: Sink>(sink: &mut S, sides: [Vec<At>; 3], size_m: f64) {
             triangle(sink, half, size_m);
         }
     }
+}
+
+/// New points from one point to another, both included.
+fn line<S: Sink>(sink: &mut S, from: At, to: At, size_m: f64) -> Vec<At> {
+    let n = n_patches_along(from.1.distance(to.1), size_m);
+    let mut points = vec![from];
+    points.extend((1..n).map(|k| sink.point(from.1.lerp(to.1, k as f64 / n as f64))));
+    points.push(to);
+    points
 }
 
 /// A triangle of n patches along each side: n^2 similar ones.
@@ -237,8 +259,18 @@ fn similar<S: Sink>(sink: &mut S, sides: &[Vec<At>; 3]) {
     }
 }
 
-/// A quad whose opposite sides have equally many patches; `sides[i]` runs from corner i to corner i + 1.
-fn quad<S: Sink>(sink: &mut S, sides: [Vec<At>; 4]) {
+/// Cuts a quad, as a grid when opposite sides have equally many patches, or in two along its shorter diagonal;
+/// `sides[i]` runs from corner i to corner i + 1.
+fn quad<S: Sink>(sink: &mut S, sides: [Vec<At>; 4], gridded: bool, size_m: f64) {
+    if !gridded {
+        let corner = |i: usize| sides[i][0];
+        let first = usize::from(corner(0).1.distance(corner(2).1) > corner(1).1.distance(corner(3).1));
+        let diagonal = line(sink, corner(first), corner(first + 2), size_m);
+        let back = diagonal.iter().rev().copied().collect();
+        let side = |i: usize| sides[(first + i) % 4].clone();
+        triangle(sink, [side(0), side(1), back], size_m);
+        return triangle(sink, [diagonal, side(2), side(3)], size_m);
+    }
     let (n, m) = (sides[0].len() - 1, sides[1].len() - 1);
     let [a, b, c, d] = [0, 1, 2, 3].map(|i| sides[i][0].1);
     let mut below: Vec<At> = sides[0].clone();

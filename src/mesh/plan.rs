@@ -26,6 +26,9 @@ const MAX_ASPECT_PATCHES: u64 = 32;
 const MIN_AROUND: u64 = 48;
 /// Fewest patches of a sphere from pole to pole, half of those around: corners stand 0.4 % of the radius outside.
 const MIN_SPHERE_ROWS: u64 = 16;
+/// Elements that imported faces may take beyond what is wanted, as a multiple of that and their number: slivers have long
+/// edges and hardly an area.
+const MAX_FACE_OVERSHOOT: u64 = 8;
 /// Most elements along one edge: keeps absurd wishes inside the arithmetic.
 const MAX_COUNT: f64 = 1e9;
 
@@ -132,15 +135,32 @@ pub(super) fn n_patches_along(length_m: f64, size_m: f64) -> u64 {
 }
 
 fn grids(scene: &Scene, size_m: f64) -> Vec<Grid> {
-    let counts = flat_counts(scene, size_m);
+    let MeshTarget::Elements(wanted) = scene.meshing.target else { return grids_of(scene, size_m, size_m) };
+    let n_faces: usize = scene.surfaces.iter().filter_map(face_set).map(FaceSet::n_faces).sum();
+    let most = MAX_FACE_OVERSHOOT * (u64::from(wanted) + n_faces as u64);
+    let mut face_size_m = size_m;
+    loop {
+        let grids = grids_of(scene, size_m, face_size_m);
+        let of_faces = |grid: &Grid| if matches!(grid, Grid::Faces(_)) { grid.n_elements() } else { 0 };
+        let n = grids.iter().map(of_faces).fold(0, u64::saturating_add);
+        if n <= most || face_size_m > 1e12 * size_m {
+            return grids;
+        }
+        face_size_m *= 1.5;
+    }
+}
+
+/// Grids with elements of `size_m`, of `face_size_m` on imported faces.
+fn grids_of(scene: &Scene, size_m: f64, face_size_m: f64) -> Vec<Grid> {
+    let counts = flat_counts(scene, size_m, face_size_m);
     let mut first_class = 2 * scene.surfaces.len();
-    let cut = any_long_face(scene, size_m);
+    let cut = any_long_face(scene, face_size_m);
     let grid = |(i, surface): (usize, &Surface)| match surface.shape {
         Shape::Faces(ref set) => {
             let start = first_class;
             first_class += n_face_classes(set, cut);
             let counts = face_counts(set, &counts[start..first_class]);
-            Grid::Faces(FaceGrid::new(set, counts, scene.meshing.target, size_m))
+            Grid::Faces(FaceGrid::new(set, counts, scene.meshing.target, face_size_m))
         }
         Shape::Quad(_) => Grid::Quad { s: counts[2 * i], t: counts[2 * i + 1] },
         Shape::Triangle(_) => Grid::Triangle { n: counts[2 * i] },
@@ -170,10 +190,10 @@ fn flat_corners(shape: &Shape) -> &[DVec3] {
 }
 
 /// Patches along the edges of flat surfaces: class `2 i + (edge & 1)` of quad i, class `2 i` of triangle i.
-fn flat_counts(scene: &Scene, size_m: f64) -> Vec<u64> {
+fn flat_counts(scene: &Scene, size_m: f64, face_size_m: f64) -> Vec<u64> {
     let n_flat = 2 * scene.surfaces.len();
     let sets = || scene.surfaces.iter().filter_map(face_set);
-    let cut = any_long_face(scene, size_m);
+    let cut = any_long_face(scene, face_size_m);
     let n_classes = n_flat + sets().map(|set| n_face_classes(set, cut)).sum::<usize>();
     let longest_rule = matches!(scene.meshing.target, MeshTarget::MaxElementM(_));
     let class = |i: usize, n_corners: usize, edge: usize| 2 * i + if n_corners == 4 { edge & 1 } else { 0 };
@@ -207,9 +227,10 @@ fn flat_counts(scene: &Scene, size_m: f64) -> Vec<u64> {
             let n = face.len();
             for e in 0..n {
                 let (p, q) = (face[e] as usize, face[(e + 1) % n] as usize);
-                let c = first_class + face_class(f, n, e);
+                let c = first_class + 4 * f + e;
                 edges.push((ids[p].min(ids[q]), ids[p].max(ids[q]), c));
-                need[c] = need[c].max(n_patches_along(set.points()[p].distance(set.points()[q]), size_m));
+                need[c] =
+                    need[c].max(n_patches_along(set.points()[p].distance(set.points()[q]), face_size_m));
             }
         }
         first_class += n_face_classes(set, cut);
@@ -217,14 +238,25 @@ fn flat_counts(scene: &Scene, size_m: f64) -> Vec<u64> {
     edges.sort_unstable();
     let group_of = |class: usize| if class < n_flat { scene.surfaces[class / 2].smooth_group } else { 0 };
     let mut touching = DisjointSets::new(n_classes);
+    // Opposite edges of a quad that becomes a grid go together.
+    let mut first_face = n_flat;
+    for set in sets().filter(|_| cut) {
+        for (f, _) in set.faces().enumerate().filter(|(_, face)| super::faces::is_gridded(set, face)) {
+            let class = |e: usize| (first_face + 4 * f + e) as u32;
+            touching.union(class(0), class(2));
+            touching.union(class(1), class(3));
+        }
+        first_face += n_face_classes(set, cut);
+    }
     let mut smooth = DisjointSets::new(n_classes);
     for pair in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        for (k, &(_, _, a)) in pair.iter().enumerate() {
-            for &(_, _, b) in &pair[k + 1..] {
-                touching.union(a as u32, b as u32);
-                if group_of(a) != 0 && group_of(a) == group_of(b) {
-                    smooth.union(a as u32, b as u32);
-                }
+        for next in pair.windows(2) {
+            touching.union(next[0].2 as u32, next[1].2 as u32);
+        }
+        let grouped: Vec<usize> = pair.iter().map(|e| e.2).filter(|&class| group_of(class) != 0).collect();
+        for (k, &a) in grouped.iter().enumerate() {
+            for &b in grouped[k + 1..].iter().filter(|&&b| group_of(a) == group_of(b)) {
+                smooth.union(a as u32, b as u32);
             }
         }
     }
@@ -262,11 +294,6 @@ fn n_face_classes(set: &FaceSet, cut: bool) -> usize {
     if cut { 4 * set.n_faces() } else { 0 }
 }
 
-/// The class of an edge among those of its set: opposite edges of a quad share one, edges of a triangle do not.
-fn face_class(face: usize, n_corners: usize, edge: usize) -> usize {
-    4 * face + if n_corners == 4 { edge & 1 } else { edge }
-}
-
 /// Patches along each edge of each face.
 fn face_counts(set: &FaceSet, classes: &[u64]) -> Vec<u32> {
     if classes.is_empty() {
@@ -275,7 +302,7 @@ fn face_counts(set: &FaceSet, classes: &[u64]) -> Vec<u32> {
     let mut counts = vec![1; 4 * set.n_faces()];
     for (f, face) in set.faces().enumerate() {
         for e in 0..face.len() {
-            counts[4 * f + e] = classes[face_class(f, face.len(), e)].min(u64::from(u32::MAX)) as u32;
+            counts[4 * f + e] = classes[4 * f + e].min(u64::from(u32::MAX)) as u32;
         }
     }
     counts

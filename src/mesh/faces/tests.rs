@@ -87,6 +87,20 @@ proptest! {
 }
 
 #[test]
+fn slivers_of_quads_take_about_the_elements_that_are_wanted_not_their_length_squared() {
+    let p = DVec3::new;
+    // One corner of a unit cube is 65,535 m away; a parallelogram of two long sides and hardly an area.
+    let pulled = [p(0., 0., 0.), p(1., 0., 0.), p(65535., 1., 0.), p(0., 1., 0.)];
+    let skewed = [p(0., 0., 0.), p(1000., 0., 0.), p(2000., 1., 0.), p(1000., 1., 0.)];
+    for corners in [pulled, skewed] {
+        for n in [1, 60, 1000] {
+            let mesh = check(&scene(vec![set(&raw(&corners, &[&[0, 1, 2, 3]]))], MeshTarget::Elements(n)));
+            assert!(mesh.elements.len() <= 8 * (n as usize + 1), "{n}: {}", mesh.elements.len());
+        }
+    }
+}
+
+#[test]
 fn small_faces_are_one_element_each_and_large_ones_two_by_two_a_patch() {
     let n = 8_u32;
     let at = |i: u32, j: u32| j * (n + 1) + i;
