@@ -213,6 +213,9 @@ fn run(n: u64, seed: u64) {
         }
         let seconds = start.elapsed().as_secs_f64();
         longest = longest.max(seconds);
+        if k % 1000 == 999 {
+            println!("{} of {n}, longest so far {longest:.2} s", k + 1);
+        }
         if seconds > MAX_S {
             slow.push((k, seconds));
         }
