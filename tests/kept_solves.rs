@@ -229,7 +229,7 @@ fn ambient_term_brightens_the_picture_of_an_early_solution_and_is_reported() {
     assert!(without["ambient_w_m2"].is_null() && !text.contains("ambient"), "{text}");
     let (with, text) = look(&["--ambient"]);
     assert!(text.contains("added to the stored light, in no account"), "{text}");
-    let luminance = |r: &serde_json::Value| r["mean_luminance"].as_f64().unwrap();
+    let luminance = |r: &serde_json::Value| r["mean_luminance_w_m2_sr"].as_f64().unwrap();
     assert!(luminance(&with) > 1.02 * luminance(&without), "{} {}", luminance(&with), luminance(&without));
     assert_eq!(with["account"], without["account"]);
     assert!(with["ambient_w_m2"][0].as_f64().unwrap() > 0.0);

@@ -69,12 +69,12 @@ fn concentric_map_on_axes_diagonals_and_centre_has_its_closed_form() {
 
 #[test]
 fn table_place_strata_of_powers_of_two_stand_at_their_centres() {
-    assert_eq!(table_place(0.0, 1), 32.0);
-    assert_eq!([0.0, 1.0].map(|place| table_place(place, 2)), [16.0, 48.0]);
-    assert_eq!([0.0, 31.0].map(|place| table_place(place, 32)), [1.0, 63.0]);
-    assert_eq!([0.0, 63.0].map(|place| table_place(place, 64)), [0.0, 63.0]);
+    assert_eq!(table_place(0.5, 1), 32.0);
+    assert_eq!([0.5, 1.5].map(|place| table_place(place, 2)), [16.0, 48.0]);
+    assert_eq!([0.5, 31.5].map(|place| table_place(place, 32)), [1.0, 63.0]);
+    assert_eq!([0.5, 63.5].map(|place| table_place(place, 64)), [0.0, 63.0]);
     // Three strata: centres 64/6 = 10.67, 32, 53.33.
-    assert_eq!([0.0, 1.0, 2.0].map(|place| table_place(place, 3)), [10.0, 32.0, 53.0]);
+    assert_eq!([0.5, 1.5, 2.5].map(|place| table_place(place, 3)), [10.0, 32.0, 53.0]);
 }
 
 /// Sums, lengths and rounding of whole numbers around 2^57 and their ties, against i128.
