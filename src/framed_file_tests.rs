@@ -64,9 +64,9 @@ pub(crate) fn assert_damage_is_refused(
         assert!(check(&error) && text.contains(says), "{what}: {text}");
         assert!(text.starts_with("dir/a"), "{what}: {text}");
     }
-    for at in 0..good.len() {
+    for (at, byte) in good.iter().enumerate() {
         for bit in 0..8 {
-            assert!(read(&edit(at, good[at] ^ 1 << bit)).is_err(), "byte {at}, bit {bit}");
+            assert!(read(&edit(at, byte ^ 1 << bit)).is_err(), "byte {at}, bit {bit}");
         }
     }
     for n in 0..good.len() {

@@ -97,7 +97,7 @@ fn mutate(bytes: &mut Vec<u8>, dice: &mut Dice) {
             let to = dice.below(n);
             bytes.splice(to..to, piece);
         }
-        5 | 6 | 7 => {
+        5..=7 => {
             // A number becomes another one.
             let spans = spans(bytes, |b| b.is_ascii_digit() || b"+-.eE".contains(&b));
             let numbers: Vec<_> =

@@ -66,7 +66,8 @@ fn at_quad_edge(nodes: &[Node; 4], edge: usize) -> (Rgb, Slopes) {
     let x_t = (1.0 - s) * (x[3] - x[0]) + s * (x[2] - x[1]);
     let x_st = x[0] - x[1] + x[2] - x[3];
     let [f_s, f_t, f_st] = bicubic::slopes(nodes, s, t);
-    let (along, across) = if edge % 2 == 0 { ((x_s, f_s), (x_t, f_t)) } else { ((x_t, f_t), (x_s, f_s)) };
+    let (along, across) =
+        if edge.is_multiple_of(2) { ((x_s, f_s), (x_t, f_t)) } else { ((x_t, f_t), (x_s, f_s)) };
     (bicubic::evaluate(nodes, s, t), Slopes { along, across, twist: Some((x_st, f_st)) })
 }
 

@@ -180,7 +180,9 @@ impl Splits {
     fn leaves(&self, nodes: &[Node]) -> Vec<(Node, u32, f64)> {
         let mut leaves = Vec::new();
         let is_split = |node: &Node| nodes.binary_search(node).is_ok();
-        let mut open: Vec<(Node, u32, Option<(f64, f64)>)> = Vec::new();
+        // The gain one level up, and what was expected here.
+        type Above = Option<(f64, f64)>;
+        let mut open: Vec<(Node, u32, Above)> = Vec::new();
         for (root, depth) in self.roots() {
             open.push((root, depth, None));
             while let Some((node, left, above)) = open.pop() {

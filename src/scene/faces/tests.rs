@@ -152,7 +152,7 @@ fn polygon_of_many_corners_keeps_area_and_winding() {
     let n = 14_u32;
     let ray = |k: u32| {
         let (sin, cos) = (TAU * f64::from(k) / f64::from(n)).sin_cos();
-        if k % 2 == 0 { v(cos, sin, 2.0) } else { 0.4 * v(cos, sin, 0.0) + v(0.0, 0.0, 2.0) }
+        if k.is_multiple_of(2) { v(cos, sin, 2.0) } else { 0.4 * v(cos, sin, 0.0) + v(0.0, 0.0, 2.0) }
     };
     let points: Vec<DVec3> = (0..n).map(ray).collect();
     let ring: Vec<u32> = (0..n).collect();
