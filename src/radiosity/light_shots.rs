@@ -64,16 +64,18 @@ pub(super) fn shoot(
                 caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?
             }
         };
-        for (&i, blocked) in lit.iter().zip(blocked) {
-            if blocked {
-                irradiance[i] = Rgb::BLACK;
+        let mut arrives = vec![false; irradiance.len()];
+        lit.iter().zip(blocked).for_each(|(&i, blocked)| arrives[i] = !blocked);
+        settle_lines(mesh, receivers, &irradiance, &mut arrives);
+        for (e, arrives) in irradiance.iter_mut().zip(arrives) {
+            if !arrives {
+                *e = Rgb::BLACK;
             }
         }
     }
-    let starts = &receivers.element_starts;
     let elements: Vec<Rgb> = (0..receivers.n_elements())
         .map(|e| {
-            let points = starts[e] as usize..starts[e + 1] as usize;
+            let points = receivers.points_of(e);
             points.map(|i| irradiance[i] * receivers.all[i].weight).sum()
         })
         .collect();
@@ -89,4 +91,21 @@ pub(super) fn shoot(
     }
     let vertices = irradiance.split_off(receivers.n_gauss());
     Ok(LightShot { elements, vertices, power_w, stray: shares, n_rays })
+}
+
+/// Lets each side of a broken line see a light as most quadrature points of its elements do that face it: the line that
+/// an edge stands for may run beside it, and then a ray to a vertex on that edge tells of the other side.
+fn settle_lines(mesh: &Mesh, receivers: &Receivers, unoccluded: &[Rgb], arrives: &mut [bool]) {
+    for vertex in mesh.line_vertices() {
+        let around = mesh.elements_around(*vertex).iter();
+        let points = around.flat_map(|e| receivers.points_of(e.0 as usize));
+        let (mut n, mut n_lit) = (0, 0);
+        for i in points.filter(|&i| !unoccluded[i].is_black()) {
+            n += 1;
+            n_lit += usize::from(arrives[i]);
+        }
+        if n > 0 {
+            arrives[receivers.n_gauss() + vertex.0 as usize] = 2 * n_lit >= n;
+        }
+    }
 }

@@ -21,7 +21,7 @@ pub mod measure;
 #[cfg(test)]
 mod tests;
 
-use measure::{Errors, Quadtrees, Reference, adaptive, found_in, uniform};
+use measure::{Errors, Quadtrees, Reference, adaptive, uniform};
 
 /// The experiment; it is about the host, not the board, so `all` leaves it out.
 pub const EXPERIMENT: Experiment =
@@ -112,25 +112,22 @@ fn measure(case: &Case, extent: Extent) -> Result<Outcome, ExperimentError> {
     let target =
         case.edge_m.map_or(scene.meshing.target, |e| MeshTarget::MaxElementM(extent.pick(e[0], e[1])));
     let options = SolveOptions::default();
-    let mut reference = Reference::new(&scene, target, REFERENCE_SPLITS, &options)?;
+    let reference = Reference::new(&scene, target, REFERENCE_SPLITS, &options)?;
     let flat = uniform(&scene, target, &options)?;
-    let patches = found_in(&flat.mesh, &reference.samples)?;
-    let of = |meshed: &measure::Meshed, reference: &mut Reference| -> Result<Measured, ExperimentError> {
-        Ok(Measured {
-            elements: meshed.mesh.elements.len() as u64,
-            errors: reference.errors(meshed, &patches),
-            mesh_error: reference.interpolation_error(&meshed.mesh, &patches)?,
-        })
+    let of = |meshed: &measure::Meshed| Measured {
+        elements: meshed.mesh.elements.len() as u64,
+        errors: reference.errors(meshed),
+        mesh_error: reference.interpolation_error(&meshed.mesh),
     };
-    let uniform = of(&flat, &mut reference)?;
+    let uniform = of(&flat);
     let mut ours = Vec::new();
     for share in WANTED {
         let refine = RefineOptions { wanted_error: share * uniform.mesh_error, ..RefineOptions::default() };
-        ours.push(of(&adaptive(&scene, target, &options, &refine)?, &mut reference)?);
+        ours.push(of(&adaptive(&scene, target, &options, &refine)?));
     }
     ours.sort_by_key(|m| m.elements);
     let depth = 1 + RefineOptions::default().max_depth;
-    let (best, _) = Quadtrees::new(&scene, target, depth, &mut reference)?.fewest(uniform.mesh_error);
+    let (best, _) = Quadtrees::new(&scene, target, depth, &reference).fewest(uniform.mesh_error);
     Ok(Outcome { uniform, ours, best })
 }
 

@@ -23,22 +23,20 @@ fn reference_against_itself_has_no_error_but_that_of_its_vertices() {
     let scene = Scene::parse(CASES[1].text, Path::new("scene.toml")).unwrap();
     let target = MeshTarget::MaxElementM(0.25);
     let options = SolveOptions::default();
-    let mut reference = Reference::new(&scene, target, 1, &options).unwrap();
+    let reference = Reference::new(&scene, target, 1, &options).unwrap();
     let scene = sized(&scene, target);
     let coarse = Mesh::build(&scene);
     let same =
         Mesh::build_with(&scene, &coarse.subdivision().split(&vec![true; coarse.elements.len()])).unwrap();
     let mut caster = SoftwareCaster::new(same.cast_patches());
     let solution = crate::radiosity::solve(&scene, &same, &mut caster, &options, &mut |_| {}).unwrap();
-    let patches = found_in(&same, &reference.samples).unwrap();
-    assert!(patches.iter().all(Option::is_some));
     let meshed = measure::Meshed { mesh: same, solution, refined: None };
-    let errors = reference.errors(&meshed, &patches);
+    let errors = reference.errors(&meshed);
     assert!(errors.constant < 1e-12, "{}", errors.constant);
-    let alone = reference.interpolation_error(&meshed.mesh, &patches).unwrap();
+    let alone = reference.interpolation_error(&meshed.mesh);
     assert!((alone - errors.bilinear).abs() < 1e-6, "{alone} vs {}", errors.bilinear);
     // A full tree is the uniform mesh; pruning for no error keeps all of it.
-    let trees = Quadtrees::new(&scene, target, 2, &mut reference).unwrap();
+    let trees = Quadtrees::new(&scene, target, 2, &reference);
     let (n, error) = trees.fewest(0.0);
     assert!(n as usize <= meshed.mesh.elements.len() && error <= alone + 1e-6, "{n}: {error}");
 }

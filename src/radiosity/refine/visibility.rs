@@ -10,9 +10,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Node, gain};
+use super::Node;
 use crate::geom::Ray;
-use crate::mesh::{Corners, Mesh, SurfacePoint};
+use crate::mesh::{Corners, Mesh, PatchId, SurfacePoint};
 use crate::radiosity::kernel::Source;
 use crate::radiosity::lights;
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
@@ -66,7 +66,7 @@ pub(super) fn changes(
     let mut starts = vec![0];
     let mut points: Vec<(DVec3, DVec3)> = Vec::new();
     for &(patch, place) in candidates {
-        points.extend(gain::ids_of(mesh, patch, place).map(|element| {
+        points.extend(mesh.elements_in(PatchId(patch), place).map(|element| {
             let st = match mesh.elements[element.0 as usize].corners {
                 Corners::Triangle(_) => glam::DVec2::splat(1.0 / 3.0),
                 Corners::Quad(_) => glam::DVec2::splat(0.5),
@@ -117,7 +117,7 @@ pub(super) fn changes(
             let mean = surfaces[mesh.patches[patch as usize].surface.0 as usize];
             if high > low && mean > 0.0 {
                 let step = most * (high - low) / mean;
-                let area_m2: f64 = gain::ids_of(mesh, patch, place)
+                let area_m2: f64 = mesh.elements_in(PatchId(patch), place)
                     .map(|element| mesh.elements[element.0 as usize].area_m2)
                     .sum();
                 changes.gains[c] += GAIN_PER_STEP * step * step * area_m2;
