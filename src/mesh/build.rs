@@ -142,11 +142,8 @@ pub(super) fn apart(scene: &Scene) -> Vec<usize> {
     let joined = |c: &SurfaceContinuity| SurfaceContinuity { continuity: Continuity::C1, ..*c };
     // Edges that are one are so however finely they are cut.
     let meshing = Meshing { target: MeshTarget::Elements(1), ..scene.meshing };
-    let scene = &Scene {
-        continuity: scene.continuity.iter().map(joined).collect(),
-        meshing,
-        ..scene.clone()
-    };
+    let scene =
+        &Scene { continuity: scene.continuity.iter().map(joined).collect(), meshing, ..scene.clone() };
     let draft = draft(scene, &plan_bounded(scene));
     let mut sets = DisjointSets::new(draft.points.len());
     let (across, _) = pair_edges(scene, &ByHand::of(scene), &draft, &mut sets);
@@ -246,12 +243,7 @@ impl Corners {
 /// Finds what lies across each patch edge; joins the corners of smooth pairs; counts T-junctions of the rest.
 ///
 /// Entry `4 p + e` is `4 q + f` of the patch edge across, or `NONE`.
-fn pair_edges(
-    scene: &Scene,
-    by_hand: &ByHand,
-    draft: &Draft,
-    sets: &mut DisjointSets,
-) -> (Vec<u32>, usize) {
+fn pair_edges(scene: &Scene, by_hand: &ByHand, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32>, usize) {
     let patches = &draft.patches;
     let mut table = Vec::with_capacity(4 * patches.len());
     for (p, patch) in patches.iter().enumerate() {
@@ -301,13 +293,7 @@ fn pair_edges(
 
 /// How well patch edge `b` continues patch edge `a` (2 inside a surface, 1.5 by hand, else the cosine between the
 /// normals), or `None` where the surface breaks.
-fn smoothness(
-    scene: &Scene,
-    by_hand: &ByHand,
-    draft: &Draft,
-    a: &EdgeRecord,
-    b: &EdgeRecord,
-) -> Option<f64> {
+fn smoothness(scene: &Scene, by_hand: &ByHand, draft: &Draft, a: &EdgeRecord, b: &EdgeRecord) -> Option<f64> {
     let (p, q) = (&draft.patches[a.patch as usize], &draft.patches[b.patch as usize]);
     if a.patch == b.patch || p.side != q.side {
         return None;

@@ -149,8 +149,7 @@ impl Mesh {
             let (a, b) = elements[h.coarse.0 as usize].corners.edge(h.edge.into());
             h.ends = [a, b];
             let corners = elements[h.fine[0].0 as usize].corners;
-            h.vertex =
-                *corners.vertices().iter().find(|v| at(**v) == at(h.vertex)).unwrap_or(&h.vertex);
+            h.vertex = *corners.vertices().iter().find(|v| at(**v) == at(h.vertex)).unwrap_or(&h.vertex);
         }
         let patches: BTreeSet<_> = moved.iter().map(|(e, _)| self.elements[e.0 as usize].patch).collect();
         for p in patches {
@@ -195,11 +194,7 @@ impl Mesh {
 
     /// From a point to the mean of the centroids of some elements (m).
     fn way_into(&self, elements: &[ElementId], from: DVec3) -> DVec3 {
-        let centroid = |e: &ElementId| {
-            let corners = self.polygon(&self.elements[e.0 as usize].corners);
-            corners.iter().sum::<DVec3>() / corners.len() as f64
-        };
-        elements.iter().map(centroid).sum::<DVec3>() / elements.len() as f64 - from
+        elements.iter().map(|e| self.centroid(*e)).sum::<DVec3>() / elements.len() as f64 - from
     }
 }
 

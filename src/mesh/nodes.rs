@@ -1,4 +1,6 @@
-//! Nodes of the quadtrees of patches: which elements one holds, and the vertices at its corners.
+//! Nodes of the quadtrees of patches: which elements one holds, the vertices at its corners; centroids of elements.
+
+use crate::geom::DVec3;
 
 use super::{Corners, ElementId, Mesh, PatchId, Place, VertexId};
 
@@ -32,5 +34,12 @@ impl Mesh {
                 (_, None) => unreachable!("a node without elements"),
             }
         }
+    }
+
+    /// Mean of the corners of an element (m).
+    pub fn centroid(&self, element: ElementId) -> DVec3 {
+        let corners = self.elements[element.0 as usize].corners;
+        let ids = corners.vertices();
+        ids.iter().map(|v| self.vertices[v.0 as usize].position).sum::<DVec3>() / ids.len() as f64
     }
 }

@@ -180,11 +180,7 @@ fn continuities() -> Vec<Malformed> {
             "between = «[\"floor\", \"ceiling\"]\nis = \"C1\"",
             &["\"floor\" and \"ceiling\" share no edge"],
         ),
-        continuity(
-            "continuity without its kind",
-            "«between = [\"floor\", \"west\"]",
-            &["missing key `is`"],
-        ),
+        continuity("continuity without its kind", "«between = [\"floor\", \"west\"]", &["missing key `is`"]),
     ]
 }
 

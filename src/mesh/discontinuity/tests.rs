@@ -95,7 +95,8 @@ fn lawful(mesh: &Mesh) {
                     .flatten()
                     .filter(|v| theirs.vertices().contains(v))
                     .count();
-                let fine = mesh.hanging.iter().any(|h| h.coarse == other && h.fine.contains(&ElementId(e as u32)));
+                let fine =
+                    mesh.hanging.iter().any(|h| h.coarse == other && h.fine.contains(&ElementId(e as u32)));
                 assert_eq!(shared, if fine { 1 } else { 2 }, "element {e}, edge {k}");
             }
         }
@@ -161,11 +162,8 @@ fn line_along_a_coarse_edge_frees_what_hangs_on_it_and_one_that_ends_there_parts
     let scene = floor();
     let uniform = Mesh::build(&scene);
     // The left half twice as fine.
-    let split: Vec<bool> = uniform
-        .elements
-        .iter()
-        .map(|e| uniform.polygon(&e.corners).iter().all(|c| c.x <= 0.5))
-        .collect();
+    let split: Vec<bool> =
+        uniform.elements.iter().map(|e| uniform.polygon(&e.corners).iter().all(|c| c.x <= 0.5)).collect();
     let mesh = Mesh::build_with(&scene, &uniform.subdivision().split(&split)).unwrap();
     assert_eq!(mesh.hanging.len(), 4);
     // Half of one coarse edge: all of it is flagged.
@@ -213,10 +211,7 @@ fn discontinuities_that_cannot_be_are_refused_by_name() {
     let wrong = with(whole.clone(), n, 0, Continuity::Broken);
     assert_eq!(wrong, SubdivisionError::Edge { element: n, edge: 0 });
     assert_eq!(wrong.to_string(), "no discontinuity is possible on edge 0 of element 16");
-    assert_eq!(
-        with(whole.clone(), 3, 4, Continuity::C0),
-        SubdivisionError::Edge { element: 3, edge: 4 }
-    );
+    assert_eq!(with(whole.clone(), 3, 4, Continuity::C0), SubdivisionError::Edge { element: 3, edge: 4 });
     assert_eq!(with(whole.clone(), 3, 1, Continuity::C1), SubdivisionError::Edge { element: 3, edge: 1 });
     // One element two levels finer than its neighbours.
     let mut split = vec![false; 16];

@@ -3,11 +3,10 @@
 //! ```text
 //! light x silhouette edge of the cast patches --projected on the plane of a receiving patch, clipped to it--> segments
 //! segment --rays to both sides of it--> a border of light and shadow --> C-1        area lights: penumbra.rs --> C0
-//! segments x elements of the final mesh --on an edge, or the nearest along it--> discontinuities of the mesh
+//! segments x pairs of neighbours in the final mesh --between their centroids--> discontinuities of the mesh
 //! ```
 //! Irradiance of a light without area steps across such a line: C-1. Elements that one crosses are split to the limit of
-//! depth before any other. In the final mesh the edges on a line, or the nearest one of a crossed element that runs along
-//! it, are flagged.
+//! depth before any other. In the final mesh the edges between elements whose centroids it parts are flagged.
 //!
 //! Source: Campbell, Fussell 1990; Heckbert 1992; Lischinski, Tampieri, Greenberg 1992.
 //! Not modelled: borders of spots' cones, elements cut along a line.
@@ -20,9 +19,9 @@ use serde::{Deserialize, Serialize};
 
 use super::silhouette::{ON_LINE_SHARE, Segment, cast_edges, crosses, shadow_of};
 use super::{Node, penumbra};
-use crate::geom::Ray;
 use crate::mesh::{Continuity, Discontinuity, ElementId, Mesh, PatchId};
-use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::radiosity::lights;
+use crate::raycast::{CastError, RayCaster};
 use crate::scene::{Light, Scene};
 
 /// Silhouette edges x patches that are looked through at most: minutes beyond.
@@ -31,8 +30,6 @@ pub(super) const MAX_PAIRS: usize = 200_000_000;
 const N_PROBES: u32 = 5;
 /// How far beside a line the tries stand, over the size of the patch.
 const PROBE_SHARE: f64 = 2e-3;
-/// Cosine of the largest angle between a line and an edge that stands for it: 45 degrees.
-const COS_ALONG: f64 = 0.707;
 /// Gain of a split of a crossed element over H^2 x area: more than any that is measured.
 const GAIN_PER_STEP: f64 = 1.0;
 
@@ -159,19 +156,7 @@ impl Lines {
         if targets.is_empty() {
             return Ok(());
         }
-        let blocked = match *light {
-            Light::Point { position, .. } | Light::Spot { position, .. } => {
-                let bundle =
-                    |points: &[DVec3]| RayBundle::Targets { apex: position, points: points.to_vec() };
-                let bundles: Vec<RayBundle> = targets.chunks(MAX_BUNDLE_RAYS).map(bundle).collect();
-                caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?
-            }
-            Light::Directional { direction, .. } => {
-                let rays: Vec<Ray> =
-                    targets.iter().map(|t| Ray::unbounded(*t, DVec3::ZERO - direction)).collect();
-                caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?
-            }
-        };
+        let blocked = lights::blocked(light, &targets, caster)?;
         self.n_rays += targets.len() as u64;
         for ((p, segment), tries) in found.into_iter().zip(blocked.chunks(2 * N_PROBES as usize)) {
             let kept = bordered(segment, N_PROBES, |k| tries[2 * k] != tries[2 * k + 1]);
@@ -221,11 +206,8 @@ impl Lines {
         }
         let broken = standing_for(&self.shadows, mesh);
         let c0: BTreeSet<_> = &standing_for(&self.penumbras, mesh) - &broken;
-        let report = LineReport {
-            n_flagged_edges: broken.len() as u64,
-            n_c0_edges: c0.len() as u64,
-            ..self.report()
-        };
+        let report =
+            LineReport { n_flagged_edges: broken.len() as u64, n_c0_edges: c0.len() as u64, ..self.report() };
         if broken.is_empty() && c0.is_empty() {
             return report;
         }
@@ -249,18 +231,25 @@ fn rebuilt(scene: &Scene, subdivision: crate::mesh::Subdivision) -> Mesh {
     Mesh::build_with(scene, &subdivision).unwrap_or_else(|fault| panic!("a flagged mesh: {fault}"))
 }
 
-/// Edges inside continuity groups that stand for lines, each once: the lowest of its sides.
+/// Edges inside continuity groups that stand for lines, each once: the lowest of its sides. The lines are drawn between the
+/// elements: an edge stands for one that runs between the centroids of the elements on its sides, so edges of a line that
+/// runs on hang together, whatever its direction, and most of an element is on the side that it is taken to.
 fn standing_for(lines: &ByPatch, mesh: &Mesh) -> BTreeSet<(ElementId, usize)> {
     let mut flagged = BTreeSet::new();
-    for (&p, segments) in lines {
-        let normal = mesh.patches[p as usize].normal;
-        for e in mesh.patches[p as usize].elements.clone() {
-            let corners = mesh.polygon(&mesh.elements[e as usize].corners);
-            for segment in segments {
-                for k in edges_along(segment, &corners, normal) {
-                    let sides = mesh.sides_of_edge(ElementId(e), k);
-                    if sides.len() > 1 {
-                        flagged.extend(sides.into_iter().min());
+    for &p in lines.keys() {
+        for e in mesh.patches[p as usize].elements.clone().map(ElementId) {
+            let here = mesh.centroid(e);
+            for k in 0..mesh.elements[e.0 as usize].corners.vertices().len() {
+                for other in mesh.neighbours_across(e, k) {
+                    let there = mesh.centroid(other);
+                    let beyond = mesh.elements[other.0 as usize].patch.0;
+                    let own = [Some(p), (beyond != p).then_some(beyond)];
+                    let between = own.into_iter().flatten().any(|p| {
+                        let normal = mesh.patches[p as usize].normal;
+                        lines.get(&p).into_iter().flatten().any(|s| parts(s, normal, here, there))
+                    });
+                    if between {
+                        flagged.extend(mesh.sides_of_edge(e, k).into_iter().min());
                     }
                 }
             }
@@ -269,31 +258,18 @@ fn standing_for(lines: &ByPatch, mesh: &Mesh) -> BTreeSet<(ElementId, usize)> {
     flagged
 }
 
-/// Edges of an element on a line, or the nearest along it where it crosses the element.
-fn edges_along(segment: &Segment, corners: &[DVec3], normal: DVec3) -> Vec<usize> {
-    let n = corners.len();
+/// A segment of a plane with this normal runs between two points. One that is on it counts to its right.
+fn parts(segment: &Segment, normal: DVec3, a: DVec3, b: DVec3) -> bool {
     let [start, end] = segment.ends;
-    let along = (end - start).normalize_or_zero();
-    let distance = |x: DVec3| (x - start).reject_from(along).length();
-    let at = |x: DVec3| (x - start).dot(along);
-    let crossed = crosses(segment, corners, normal);
-    let mut edges = Vec::new();
-    let mut nearest: Option<(f64, usize)> = None;
-    for k in 0..n {
-        let (a, b) = (corners[k], corners[(k + 1) % n]);
-        let length = a.distance(b);
-        let on_line = distance(a).max(distance(b)) <= ON_LINE_SHARE * length;
-        let (from, to) = (at(a).min(at(b)), at(a).max(at(b)));
-        let overlap = to.min(start.distance(end)) - from.max(0.0) > 0.25 * length;
-        if on_line && overlap {
-            edges.push(k);
-        } else if crossed && ((b - a) / length).dot(along).abs() > COS_ALONG {
-            let far = distance(0.5 * (a + b));
-            if nearest.is_none_or(|(best, _)| far < best) {
-                nearest = Some((far, k));
-            }
-        }
+    let length = start.distance(end);
+    let along = (end - start) / length;
+    let left = normal.cross(along);
+    let apart = ON_LINE_SHARE * a.distance(b);
+    let (da, db) = ((a - start).dot(left), (b - start).dot(left));
+    if (da > apart) == (db > apart) {
+        return false;
     }
-    edges.extend(nearest.map(|(_, k)| k));
-    edges
+    let at = (a.lerp(b, da / (da - db)) - start).dot(along);
+    // Pieces of a line on neighbouring patches meet end to end.
+    at >= -apart && at <= length + apart
 }

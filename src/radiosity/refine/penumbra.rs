@@ -19,11 +19,12 @@ use rayon::prelude::*;
 
 use super::lines::{ByPatch, MAX_PAIRS, beside, bordered};
 use super::silhouette::{CastEdge, Segment, clipped, shadow_of};
+use super::visibility::light_at;
 use crate::geom::Ray;
 use crate::mesh::Mesh;
-use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::radiosity::lights;
+use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::scene::{Light, Scene, Shape};
-use crate::units::Rgb;
 
 /// Emitters that are looked at, strongest first.
 const MAX_EMITTERS: usize = 4;
@@ -113,11 +114,7 @@ fn strongest(scene: &Scene, n_skipped: &mut u64) -> Vec<Emitter> {
 impl Emitter {
     /// All segments that may be borders; `None` where there are too many edges and patches.
     fn events(&self, mesh: &Mesh, edges: &[CastEdge]) -> Option<Vec<Event>> {
-        let lights: Vec<Light> = self
-            .corners
-            .iter()
-            .map(|&position| Light::Point { position, intensity: Rgb::splat(1.0) })
-            .collect();
+        let lights: Vec<Light> = self.corners.iter().map(|&corner| light_at(corner)).collect();
         let silhouettes: Vec<&CastEdge> =
             edges.iter().filter(|edge| lights.iter().any(|light| edge.is_silhouette(light))).collect();
         let corners = corners_of(&silhouettes);
@@ -130,8 +127,11 @@ impl Emitter {
             for light in &lights {
                 let seen = silhouettes.iter().filter(|edge| edge.is_silhouette(light));
                 events.extend(
-                    seen.filter_map(|edge| shadow_of(light, edge.ends, mesh, p))
-                        .map(|segment| Event { patch: p, segment, turn: None }),
+                    seen.filter_map(|edge| shadow_of(light, edge.ends, mesh, p)).map(|segment| Event {
+                        patch: p,
+                        segment,
+                        turn: None,
+                    }),
                 );
             }
             for (k, &a) in self.corners.iter().enumerate() {
@@ -159,10 +159,8 @@ impl Emitter {
             return Ok(());
         }
         let offset_m = caster.surface_offset_m();
-        let places: Vec<DVec3> = events
-            .iter()
-            .flat_map(|e| beside(mesh, e.patch, e.segment.ends, N_PROBES, offset_m))
-            .collect();
+        let places: Vec<DVec3> =
+            events.iter().flat_map(|e| beside(mesh, e.patch, e.segment.ends, N_PROBES, offset_m)).collect();
         let centre = self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
         let inset = INSET_SHARE * self.size_m;
         let aim = |point: DVec3, side: f64| {
@@ -182,17 +180,8 @@ impl Emitter {
         for (c, &corner) in self.corners.iter().enumerate() {
             for side in [1.0, -1.0] {
                 let looking: Vec<usize> = (0..places.len()).filter(|&i| sides[i] == side).collect();
-                let bundles: Vec<RayBundle> = looking
-                    .chunks(MAX_BUNDLE_RAYS)
-                    .map(|chunk| RayBundle::Targets {
-                        apex: aim(corner, side),
-                        points: chunk.iter().map(|&i| places[i]).collect(),
-                    })
-                    .collect();
-                if bundles.is_empty() {
-                    continue;
-                }
-                let blocked = caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?;
+                let targets: Vec<DVec3> = looking.iter().map(|&i| places[i]).collect();
+                let blocked = lights::blocked(&light_at(aim(corner, side)), &targets, caster)?;
                 found.n_rays += looking.len() as u64;
                 looking.iter().zip(blocked).for_each(|(&i, blocked)| seen[i] |= u32::from(!blocked) << c);
             }
@@ -218,10 +207,7 @@ impl Emitter {
         if !rays.is_empty() {
             let blocked = caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?;
             found.n_rays += rays.len() as u64;
-            looking
-                .iter()
-                .zip(blocked)
-                .for_each(|(&i, blocked)| seen[i] |= u32::from(!blocked) << n_corners);
+            looking.iter().zip(blocked).for_each(|(&i, blocked)| seen[i] |= u32::from(!blocked) << n_corners);
         }
         let all = (1_u32 << (n_corners + 1)) - 1;
         for (event, seen) in events.iter().zip(seen.chunks(per_event)) {

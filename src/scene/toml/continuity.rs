@@ -37,7 +37,8 @@ pub(super) fn resolve(
         let named = |name: &Spanned<String>| {
             by_name.get(name.get_ref().as_str()).copied().ok_or_else(|| {
                 let given = name.get_ref();
-                let fault = source.fault(name.span(), format!("unknown surface {given:?}, expected its name"));
+                let fault =
+                    source.fault(name.span(), format!("unknown surface {given:?}, expected its name"));
                 suggest(fault, given, surfaces.iter().map(|s| s.name.as_str()))
             })
         };
@@ -71,11 +72,7 @@ fn continuity(source: &Source<'_>, is: &Spanned<String>) -> Result<Continuity, S
 }
 
 /// Refuses entries whose surfaces do not meet.
-pub(super) fn check_edges(
-    source: &Source<'_>,
-    scene: &Scene,
-    places: &Entries,
-) -> Result<(), SceneError> {
+pub(super) fn check_edges(source: &Source<'_>, scene: &Scene, places: &Entries) -> Result<(), SceneError> {
     if scene.continuity.is_empty() {
         return Ok(());
     }
