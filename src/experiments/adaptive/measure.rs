@@ -3,7 +3,7 @@
 //! ```text
 //! dense reference --means of its elements--> samples (point, patch, Y): patches are those of every mesh
 //! mesh, solution --reconstruction--> Y at the samples --> relative L2 = sqrt(sum w ((Y - Y_ref) / mean_s)^2 / sum w)
-//! reference values at the vertices of a full quadtree --pruning for error + price x elements--> the bound
+//! reference values at the vertices of a full quadtree --pruning for squared error + price x elements--> the bound
 //! ```
 //! Luminance of the whole irradiance, direct and indirect, over the mean of its surface, weighted by area, all surfaces.
 //! The bound knows the reference's values and needs no balance; ours pays for both.
@@ -251,17 +251,26 @@ impl Quadtrees {
         Quadtrees { levels, area_m2 }
     }
 
-    /// Fewest elements of any pruning with at most this relative L2 error, and its error; no balance asked for.
-    pub fn fewest(&self, error: f64) -> (u64, f64) {
-        let (mut low, mut high) = (-80.0_f64, 20.0_f64);
+    /// No pruning with at most this relative L2 error has fewer elements; no balance asked for.
+    ///
+    /// Whatever the price, squared error + price x elements of any pruning is at least that of the pruning that minimises
+    /// it: the largest of the bounds that follow. Between two prunings that are best at one price it is on the line between
+    /// them.
+    pub fn fewest(&self, error: f64) -> f64 {
+        let allowed = error * error * self.area_m2;
+        // Below this price differences of rounding would count.
+        let (mut low, mut high) = (-30.0_f64, 20.0_f64);
+        let mut fewest = 0.0_f64;
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if self.pruned(middle.exp()).1 <= error { low = middle } else { high = middle }
+            let (n, squares) = self.pruned(middle.exp());
+            fewest = fewest.max(n as f64 + (squares - allowed) / middle.exp());
+            if squares <= allowed { low = middle } else { high = middle }
         }
-        self.pruned(low.exp())
+        fewest
     }
 
-    /// The pruning that minimises squared error + price x elements: elements, relative L2 error.
+    /// The pruning that minimises squared error + price x elements: elements, squared error (m^2).
     fn pruned(&self, price: f64) -> (u64, f64) {
         let (mut n, mut squares) = (0, 0.0);
         for tree in &self.levels {
@@ -283,7 +292,7 @@ impl Quadtrees {
             n += best[0].1;
             squares += best[0].2;
         }
-        (n, (squares / self.area_m2).sqrt())
+        (n, squares)
     }
 }
 

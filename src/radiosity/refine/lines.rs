@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::silhouette::{ON_LINE_SHARE, Segment, cast_edges, crosses, shadow_of};
+use super::silhouette::{Facet, ON_LINE_SHARE, Segment, cast_edges, crosses, shadow_of};
 use super::{Node, penumbra};
 use crate::mesh::{Continuity, Discontinuity, ElementId, Mesh, PatchId};
 use crate::radiosity::lights;
@@ -98,7 +98,8 @@ pub(super) fn find(scene: &Scene, mesh: &Mesh, caster: &mut dyn RayCaster) -> Re
         let found: Vec<(u32, Segment)> = (0..mesh.patches.len() as u32)
             .into_par_iter()
             .flat_map_iter(|p| {
-                let on_patch = |edge: &[DVec3; 2]| shadow_of(light, *edge, mesh, p).map(|s| (p, s));
+                let facet = Facet::of(mesh, p);
+                let on_patch = |edge: &[DVec3; 2]| shadow_of(light, *edge, &facet).map(|s| (p, s));
                 silhouettes.iter().filter_map(on_patch).collect::<Vec<_>>()
             })
             .collect();

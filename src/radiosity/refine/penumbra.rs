@@ -18,7 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::lines::{ByPatch, MAX_PAIRS, beside, bordered};
-use super::silhouette::{CastEdge, Segment, clipped, shadow_of};
+use super::silhouette::{CastEdge, Facet, Segment, shadow_of};
 use super::visibility::light_at;
 use crate::geom::Ray;
 use crate::mesh::Mesh;
@@ -123,11 +123,12 @@ impl Emitter {
             return None;
         }
         let of_patch = |p: u32| {
+            let facet = Facet::of(mesh, p);
             let mut events = Vec::new();
             for light in &lights {
                 let seen = silhouettes.iter().filter(|edge| edge.is_silhouette(light));
                 events.extend(
-                    seen.filter_map(|edge| shadow_of(light, edge.ends, mesh, p)).map(|segment| Event {
+                    seen.filter_map(|edge| shadow_of(light, edge.ends, &facet)).map(|segment| Event {
                         patch: p,
                         segment,
                         turn: None,
@@ -138,7 +139,7 @@ impl Emitter {
                 let b = self.corners[(k + 1) % self.corners.len()];
                 let turns = corners.iter().map(|&corner| Turn { edge: [a, b], corner });
                 events.extend(turns.filter_map(|turn| {
-                    let segment = turn.shadow_on(mesh, p)?;
+                    let segment = turn.shadow_on(&facet)?;
                     Some(Event { patch: p, segment, turn: Some(turn) })
                 }));
             }
@@ -226,20 +227,15 @@ impl Emitter {
 }
 
 impl Turn {
-    /// Where the plane through both meets patch `p`.
-    fn shadow_on(&self, mesh: &Mesh, p: u32) -> Option<Segment> {
-        let patch = &mesh.patches[p as usize];
-        let corners = mesh.polygon(&patch.corners);
-        let height = |x: DVec3| (x - corners[0]).dot(patch.normal);
-        let size = corners[0].distance(corners[2]).max(corners[0].distance(corners[1]));
-        let (low, above) = (height(self.corner), self.edge.map(height));
+    /// Where the plane through both meets a patch.
+    fn shadow_on(&self, facet: &Facet) -> Option<Segment> {
+        let (low, above) = (facet.height(self.corner), self.edge.map(|end| facet.height(end)));
         // The corner over the patch, the whole edge over the corner.
-        if low <= 1e-9 * size || above.iter().any(|h| low >= h * (1.0 - 1e-6)) {
+        if low <= 1e-9 * facet.size_m || above.iter().any(|h| low >= h * (1.0 - 1e-6)) {
             return None;
         }
         let drop = |k: usize| self.edge[k] + (self.corner - self.edge[k]) * (above[k] / (above[k] - low));
-        let ends = clipped([drop(0), drop(1)], &corners, patch.normal)?;
-        (ends[0].distance(ends[1]) > 1e-6 * size).then_some(Segment { ends, step: 0.0 })
+        Some(Segment { ends: facet.clip([drop(0), drop(1)])?, step: 0.0 })
     }
 
     /// Where on the edge lies what a place on its shadow sees past the corner.

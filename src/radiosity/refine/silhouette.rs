@@ -25,6 +25,33 @@ pub(super) struct Segment {
     pub(super) step: f64,
 }
 
+/// A receiving patch: its corners, counter-clockwise about its normal.
+pub(super) struct Facet {
+    corners: Vec<DVec3>,
+    normal: DVec3,
+    /// Its longer side (m).
+    pub(super) size_m: f64,
+}
+
+impl Facet {
+    pub(super) fn of(mesh: &Mesh, patch: u32) -> Facet {
+        let patch = &mesh.patches[patch as usize];
+        let corners = mesh.polygon(&patch.corners);
+        let size_m = corners[0].distance(corners[2]).max(corners[0].distance(corners[1]));
+        Facet { corners, normal: patch.normal, size_m }
+    }
+
+    /// How high a point is over its plane (m).
+    pub(super) fn height(&self, x: DVec3) -> f64 {
+        (x - self.corners[0]).dot(self.normal)
+    }
+
+    /// The part of a segment of its plane that lies in it, where that is more than a point.
+    pub(super) fn clip(&self, ends: [DVec3; 2]) -> Option<[DVec3; 2]> {
+        clipped(ends, &self.corners, self.normal).filter(|[a, b]| a.distance(*b) > 1e-6 * self.size_m)
+    }
+}
+
 /// An edge of the cast patches, with the normals of those that have it.
 pub(super) struct CastEdge {
     pub(super) ends: [DVec3; 2],
@@ -65,13 +92,10 @@ pub(super) fn cast_edges(mesh: &Mesh) -> Vec<CastEdge> {
     edges
 }
 
-/// Where the shadow of an edge crosses patch `p`: a segment in its plane.
-pub(super) fn shadow_of(light: &Light, edge: [DVec3; 2], mesh: &Mesh, p: u32) -> Option<Segment> {
-    let patch = &mesh.patches[p as usize];
-    let corners = mesh.polygon(&patch.corners);
-    let normal = patch.normal;
-    let height = |x: DVec3| (x - corners[0]).dot(normal);
-    let size = corners[0].distance(corners[2]).max(corners[0].distance(corners[1]));
+/// Where the shadow of an edge crosses a patch: a segment in its plane.
+pub(super) fn shadow_of(light: &Light, edge: [DVec3; 2], facet: &Facet) -> Option<Segment> {
+    let height = |x: DVec3| facet.height(x);
+    let (normal, size) = (facet.normal, facet.size_m);
     // Only what is over the plane throws a shadow on it.
     let slack = 1e-9 * size;
     let [mut a, mut b] = edge;
@@ -114,16 +138,13 @@ pub(super) fn shadow_of(light: &Light, edge: [DVec3; 2], mesh: &Mesh, p: u32) ->
             (drop(a), drop(b))
         }
     };
-    let ends = clipped([a, b], &corners, normal)?;
-    if ends[0].distance(ends[1]) <= 1e-6 * size {
-        return None;
-    }
+    let ends = facet.clip([a, b])?;
     let step = lights::irradiance(light, 0.5 * (ends[0] + ends[1]), normal).luminance();
     (step > 0.0).then_some(Segment { ends, step })
 }
 
 /// The part of a segment in a convex polygon of its plane.
-pub(super) fn clipped([a, b]: [DVec3; 2], corners: &[DVec3], normal: DVec3) -> Option<[DVec3; 2]> {
+fn clipped([a, b]: [DVec3; 2], corners: &[DVec3], normal: DVec3) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
     for k in 0..corners.len() {
         let edge = corners[(k + 1) % corners.len()] - corners[k];
