@@ -168,7 +168,7 @@ fn continuities() -> Vec<Malformed> {
             "continuity of a pair twice, the second time the other way round",
             "between = [\"floor\", \"west\"]\nis = \"C0\"\n\
              [[continuity]]\nbetween = «[\"west\", \"floor\"]\nis = \"C1\"",
-            &["second continuity", "\"west\" and \"floor\"", "line 41"],
+            &["second continuity", "\"west\" and \"floor\"", "line 39"],
         ),
         continuity(
             "continuity of an unknown kind",
@@ -180,7 +180,11 @@ fn continuities() -> Vec<Malformed> {
             "between = «[\"floor\", \"ceiling\"]\nis = \"C1\"",
             &["\"floor\" and \"ceiling\" share no edge"],
         ),
-        continuity("continuity without its kind", "«between = [\"floor\", \"west\"]", &["missing key `is`"]),
+        mesh(
+            "continuity without its kind",
+            "«[[continuity]]\nbetween = [\"floor\", \"ceiling\"]",
+            &["missing key `is`"],
+        ),
     ]
 }
 

@@ -64,8 +64,6 @@ pub struct Errors {
     pub constant: f64,
     /// Of bilinear reconstruction.
     pub bilinear: f64,
-    /// Of Hermite reconstruction.
-    pub hermite: f64,
 }
 
 fn luminances(solution: &Solution) -> (Vec<Rgb>, Vec<Rgb>) {
@@ -170,11 +168,7 @@ impl Reference {
     pub fn errors(&self, meshed: &Meshed) -> Errors {
         let (vertex, element) = luminances(&meshed.solution);
         let of = |method| self.error(&meshed.mesh, method, &vertex, &element);
-        Errors {
-            constant: of(Method::Constant),
-            bilinear: of(Method::Bilinear),
-            hermite: of(Method::Hermite),
-        }
+        Errors { constant: of(Method::Constant), bilinear: of(Method::Bilinear) }
     }
 
     /// Relative L2 error of bilinear interpolation between the reference's own values at the vertices of a mesh: of the

@@ -178,8 +178,7 @@ fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         "any quadtree, share at least",
     ];
     let mut shares = Table::new("Elements for the uniform mesh's error", &columns);
-    let columns =
-        ["scene", "mesh", "elements", "bilinear L2 (%)", "constant (%)", "Hermite (%)", "mesh alone (%)"];
+    let columns = ["scene", "mesh", "elements", "bilinear L2 (%)", "constant (%)", "mesh alone (%)"];
     let mut errors = Table::new("Errors of each mesh", &columns);
     let mut panels = Vec::new();
     let (mut says, mut checks) = (Vec::new(), Vec::new());
@@ -205,7 +204,6 @@ fn run(extent: Extent) -> Result<Findings, ExperimentError> {
                 m.elements,
                 100.0 * m.errors.bilinear,
                 100.0 * m.errors.constant,
-                100.0 * m.errors.hermite,
                 100.0 * m.mesh_error
             ]);
         };
