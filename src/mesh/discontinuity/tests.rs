@@ -266,8 +266,8 @@ fn continuity_by_hand_parts_what_a_smooth_group_joins() {
     };
     let mut both = scene(vec![half("a", 0.0), half("b", 1.0)], MeshTarget::MaxElementM(0.5));
     assert_eq!(Mesh::build(&both).vertices.len(), 15);
-    let entry = |continuity| vec![SurfaceContinuity { between: [SurfaceId(0), SurfaceId(1)], continuity }];
-    both.continuity = entry(Continuity::Broken);
+    let between = [SurfaceId(0), SurfaceId(1)];
+    both.continuity = vec![SurfaceContinuity { between, continuity: Continuity::Broken }];
     let mesh = Mesh::build(&both);
     check(&mesh);
     assert_eq!(mesh.vertices.len(), 18);
