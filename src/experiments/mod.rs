@@ -31,7 +31,7 @@ mod tests;
 mod throughput;
 mod validation;
 
-pub use document::{document, terminal_text, validation_document};
+pub use document::{adaptive_document, document, terminal_text, validation_document};
 use plot::Panel;
 use table::Table;
 

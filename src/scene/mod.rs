@@ -15,12 +15,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::units::Rgb;
 
+mod continuity;
 mod error;
 pub(crate) mod faces;
 mod import;
 mod shape;
 mod toml;
 
+pub use continuity::{Continuity, SurfaceContinuity};
 pub use error::{Place, SceneError};
 pub use faces::{FaceCounts, FaceSet, MAX_FACES};
 pub use import::MAX_MODEL_BYTES;
@@ -46,6 +48,8 @@ pub struct Scene {
     pub surfaces: Vec<Surface>,
     /// Lights without area.
     pub lights: Vec<Light>,
+    /// What was said by hand of the continuity between surfaces; no pair twice.
+    pub continuity: Vec<SurfaceContinuity>,
     /// How finely to mesh.
     pub meshing: Meshing,
     /// What the user should know but what is no error (shown on stderr).
