@@ -90,7 +90,8 @@ fn nothing_crosses_a_broken_edge_between_its_ends() {
     let r = sampled(&mesh, Method::Hermite, &roof);
     for at in places(&mesh) {
         let x = mesh.position(at);
-        if x.y < 0.4 && (x.x - 0.5).abs() < 0.25 {
+        // The rings of vertices next to the end go around it.
+        if x.y < 0.25 && (x.x - 0.5).abs() < 0.25 {
             let got = r.evaluate(&mesh, at).0[0];
             assert!((got - roof(x)).abs() < 1e-12, "{x}: {got}");
         }

@@ -51,7 +51,21 @@ fn hard_meshes() -> Vec<(&'static str, Mesh)> {
         Shape::Triangle([v(0.6, 0., 0.), v(1.3, 0.4, 0.), v(0.6, 1., 0.)]),
     ];
     let sheared = Shape::Quad([v(0., 0., 0.), v(1., 0.2, 0.), v(1.3, 1.0, 0.), v(0.3, 0.8, 0.)]);
+    // Inner vertices of a grid moved by up to a fifth of a cell.
+    let moved = |i: u32, j: u32| {
+        let by = |k: u64| (crate::sampling::hash(11, u64::from(i * 16 + j), k) % 1000) as f64 / 1000.0 - 0.5;
+        let free = |i: u32| if i == 0 || i == 6 { 0.0 } else { 0.4 };
+        v((f64::from(i) + free(i) * by(1)) / 6.0, (f64::from(j) + free(j) * by(2)) / 6.0, 0.)
+    };
+    let cell = |i, j| Shape::Quad([moved(i, j), moved(i + 1, j), moved(i + 1, j + 1), moved(i, j + 1)]);
+    let jittered: Vec<_> = (0..36).map(|k| cell(k % 6, k / 6)).collect();
+    let cylinder = Shape::Cylinder { base: v(0., 0., 0.), top: v(0., 0., 1.), radius: 0.4, inward: false };
+    let sphere = Shape::Sphere { center: DVec3::ZERO, radius: 0.6, inward: false };
     vec![
+        ("bent quads", mesh_of(jittered.clone(), 140)),
+        ("hanging, bent quads", refined(smooth(jittered), 140, 6)),
+        ("cylinder", mesh_of([cylinder], 200)),
+        ("sphere", mesh_of([sphere], 300)),
         ("trapezoid", mesh_of([trapezoid.clone()], 100)),
         ("valence 3", mesh_of(star(3), 190)),
         ("valence 5", mesh_of(star(5), 240)),
