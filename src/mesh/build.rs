@@ -136,7 +136,7 @@ impl Draft {
         side: Facing,
         welder: &mut Welder,
     ) -> std::ops::Range<u32> {
-        let cut = tessellate(&scene.surfaces[i].shape, &grids[i]);
+        let cut = tessellate(&scene.surfaces[i].shape, &grids[i], scene.meshing.edge_grading);
         let base = self.points.len() as u32;
         for point in cut.points {
             let (id, at) = welder.weld(point);
@@ -172,7 +172,7 @@ impl Corners {
     }
 
     /// Ends of edge `i`, in winding order.
-    pub(super) fn edge(&self, i: usize) -> (VertexId, VertexId) {
+    pub(crate) fn edge(&self, i: usize) -> (VertexId, VertexId) {
         let v = self.vertices();
         (v[i], v[(i + 1) % v.len()])
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! Shape, Grid --> corner points + patches as indices into them, counter-clockwise seen from the front
 //! ```
-//! Quads are bilinear grids, triangles similar triangles; sphere, cylinder and disk are latitude-longitude grids
+//! Quads are bilinear grids, even or graded toward their borders (`[meshing] edge_grading`), triangles similar triangles; sphere, cylinder and disk are latitude-longitude grids
 //! whose quads are isosceles trapezoids, hence planar. Disks and cylinders on one axis line, however directed, use
 //! one frame and one factor, so that a disk that closes a cylinder of its radius meets it corner to corner.
 //!
@@ -35,10 +35,10 @@ pub(super) struct Tessellation {
     pub(super) whole: Vec<bool>,
 }
 
-/// Cuts a shape by its grid (a grid of another kind gives nothing).
-pub(super) fn tessellate(shape: &Shape, grid: &Grid) -> Tessellation {
+/// Cuts a shape by its grid (a grid of another kind gives nothing), quads finer toward their borders by `grading`.
+pub(super) fn tessellate(shape: &Shape, grid: &Grid, grading: f64) -> Tessellation {
     match (shape, grid) {
-        (Shape::Quad(v), &Grid::Quad { s, t }) => quad(*v, s as u32, t as u32),
+        (Shape::Quad(v), &Grid::Quad { s, t }) => quad(*v, s as u32, t as u32, grading),
         (Shape::Triangle(v), &Grid::Triangle { n }) => triangle(*v, n as u32),
         (&Shape::Disk { center, normal, radius }, &Grid::Disk { around, rings }) => {
             disk(center, normal, radius, around as u32, rings as u32)
@@ -85,12 +85,23 @@ fn oriented(mut cut: Tessellation, flip: bool) -> Tessellation {
     cut
 }
 
-fn quad(v: [DVec3; 4], n: u32, m: u32) -> Tessellation {
+/// The place of part `k` of `n` along an edge, graded: (2 x)^g / 2 in the first half, mirrored in the second, so that quads
+/// that share an edge agree about it.
+fn graded(k: u32, n: u32, grading: f64) -> f64 {
+    let half = |k: u32| 0.5 * (2.0 * f64::from(k) / f64::from(n)).powf(grading);
+    match grading == 1.0 {
+        true => f64::from(k) / f64::from(n),
+        false if 2 * k <= n => half(k),
+        false => 1.0 - half(n - k),
+    }
+}
+
+fn quad(v: [DVec3; 4], n: u32, m: u32, grading: f64) -> Tessellation {
     let mut points = Vec::with_capacity((n as usize + 1) * (m as usize + 1));
     for j in 0..=m {
-        let t = f64::from(j) / f64::from(m);
+        let t = graded(j, m, grading);
         for i in 0..=n {
-            let s = f64::from(i) / f64::from(n);
+            let s = graded(i, n, grading);
             points.push((1.0 - t) * ((1.0 - s) * v[0] + s * v[1]) + t * ((1.0 - s) * v[3] + s * v[2]));
         }
     }

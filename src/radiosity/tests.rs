@@ -41,7 +41,7 @@ pub(super) fn scene(
         materials,
         surfaces,
         lights,
-        meshing: Meshing { target: MeshTarget::Elements(elements), adaptive: false },
+        meshing: Meshing { target: MeshTarget::Elements(elements), ..Meshing::default() },
         warnings: Vec::new(),
     }
 }

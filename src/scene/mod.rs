@@ -176,6 +176,8 @@ pub struct Meshing {
     pub target: MeshTarget,
     /// Subdivide where light changes.
     pub adaptive: bool,
+    /// How much finer quads are cut toward their borders: the part x of an edge's first half becomes x^this. 1: evenly.
+    pub edge_grading: f64,
 }
 
 /// The wanted size of a mesh.
@@ -192,7 +194,7 @@ pub const MAX_ELEMENTS: u32 = 4_000_000;
 
 impl Default for Meshing {
     fn default() -> Self {
-        Meshing { target: MeshTarget::Elements(4000), adaptive: false }
+        Meshing { target: MeshTarget::Elements(4000), adaptive: false, edge_grading: 1.0 }
     }
 }
 

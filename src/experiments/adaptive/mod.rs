@@ -221,6 +221,7 @@ fn run(extent: Extent) -> Result<Findings, ExperimentError> {
             .to_owned(),
         tables: vec![shares, errors],
         panels,
+        pictures: Vec::new(),
         says,
         checks,
     })
