@@ -182,6 +182,10 @@ pub struct RenderReport {
     pub mean_luminance_cd_m2: f64,
     /// Camera rays.
     pub n_camera_rays: u64,
+    /// Vertices whose derivatives the limiter of the reconstruction made smaller; 0 for methods without one.
+    pub limited_vertices: usize,
+    /// Pixels in which reconstructed light came out negative somewhere and was made 0.
+    pub clamped_pixels: u64,
     /// Camera rays that first met a back, for each surface with any.
     pub back_hits: Vec<BackHits>,
     /// Pass 1.

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::geom::DVec3;
-use crate::mesh::{Continuity, ElementId};
+use crate::mesh::{Continuity, Corners, ElementId};
 use crate::scene::{MeshTarget, Scene, Shape, Surface};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
