@@ -13,6 +13,9 @@
 //!
 //! Source: Lambert 1760; the scene is that of Bastos et al. 1992.
 
+use std::collections::HashMap;
+use std::sync::Mutex;
+
 use rayon::prelude::*;
 
 use crate::geom::DVec3;
@@ -26,8 +29,9 @@ const CELLS: u32 = 32;
 const HALVINGS: i32 = 7;
 /// The lamp's borders.
 const LAMP: [f64; 2] = [0.35, 0.65];
-/// A point on an edge of the cube looks out from this far inside.
-const INSIDE: f64 = 1e-7;
+/// Places along an edge, in steps of 2^-40 from 0; a point on an edge of the cube looks out from 2^-23 inside.
+const STEPS: u64 = 1 << 40;
+const INSIDE: u64 = STEPS >> 23;
 /// Rounds of the solve: 0.8^100 is 2e-10.
 const ROUNDS: usize = 100;
 
@@ -149,6 +153,9 @@ pub struct LitCube {
     lamp: Source,
     /// Per kind of receiving wall, for its first representative: sources and what they radiate (W/m^2).
     blocks: [Vec<(Source, f64)>; 3],
+    /// Indirect light at places that were asked for: kind of wall, (u, v) in steps. A pure function of the place, so it does
+    /// not matter who asked first.
+    seen: Mutex<HashMap<(usize, u64, u64), f64>>,
 }
 
 /// One kind of wall cut into cells.
@@ -253,17 +260,35 @@ impl LitCube {
             let others = WALLS.into_iter().filter(|w| *w != receiver);
             others.flat_map(|source| blocks(receiver, source, &cells[source.kind()], &e, rho)).collect()
         });
-        LitCube { lamp, blocks }
+        LitCube { lamp, blocks, seen: Mutex::default() }
     }
 
     /// Irradiance over the lamp's exitance at a point of a wall.
     pub fn irradiance(&self, wall: Wall, u: f64, v: f64, light: Light) -> f64 {
-        // All sides are turned onto the first.
-        let of = if wall.kind() == 2 { Wall::Side(0) } else { wall };
-        let (x, n) = of.place(u.clamp(INSIDE, 1.0 - INSIDE), v.clamp(INSIDE, 1.0 - INSIDE));
+        // The representative of the places that are alike, on the first of the walls that are.
+        let steps = |x: f64| ((x * STEPS as f64).round().max(0.0) as u64).clamp(INSIDE, STEPS - INSIDE);
+        let (mut a, mut b) = (steps(u), steps(v));
+        a = a.min(STEPS - a);
+        let of = match wall {
+            Wall::Side(_) => Wall::Side(0),
+            _ => {
+                b = b.min(STEPS - b);
+                (a, b) = (a.max(b), a.min(b));
+                wall
+            }
+        };
+        let (x, n) = of.place(a as f64 / STEPS as f64, b as f64 / STEPS as f64);
         let direct = || self.lamp.form_factor(x, n);
-        let indirect =
-            || -> f64 { self.blocks[of.kind()].iter().map(|(s, b)| b * s.form_factor(x, n)).sum() };
+        let indirect = || {
+            let key = (of.kind(), a, b);
+            let seen = || self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            if let Some(known) = seen().get(&key) {
+                return *known;
+            }
+            let sum: f64 = self.blocks[of.kind()].iter().map(|(s, b)| b * s.form_factor(x, n)).sum();
+            seen().insert(key, sum);
+            sum
+        };
         match light {
             Light::Direct => direct(),
             Light::Indirect => indirect(),

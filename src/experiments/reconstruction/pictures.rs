@@ -13,6 +13,7 @@ use crate::image::{Exposure, Film, MachBands, crease_map, encode_crease_maps, ma
 use crate::mesh::Mesh;
 use crate::radiosity::{Solution, SplitIrradiance};
 use crate::raycast::software::SoftwareCaster;
+use crate::reconstruct::ReconstructOptions;
 use crate::render::{RenderOptions, render};
 use crate::scene::Scene;
 use crate::units::Rgb;
@@ -46,8 +47,9 @@ pub fn film(
     let stored = |e: &Rgb| SplitIrradiance { direct: Rgb::BLACK, indirect: *e };
     solution.vertex_irradiance = values.iter().map(stored).collect();
     solution.element_irradiance = means.iter().map(stored).collect();
-    let options =
-        RenderOptions { width: side, height: side, reconstruct: way.options, ..RenderOptions::default() };
+    let ReconstructOptions { method: reconstruct, gradients, twists } = way.options;
+    let (width, height) = (side, side);
+    let options = RenderOptions { width, height, reconstruct, gradients, twists, ..RenderOptions::default() };
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     Ok(render(&unlit, &camera, mesh, &solution, &mut caster, &options, &mut |_| {})?.film)
 }

@@ -12,23 +12,21 @@ static CUBE: LazyLock<LitCube> = LazyLock::new(|| LitCube::new(RHO));
 
 #[test]
 fn lit_cube_of_the_integral_is_the_one_computed_apart_within_their_accuracy() {
-    for (rho, cube) in [(0.5, &*CUBE), (0.8, &LitCube::new(0.8))] {
-        let mut n = 0;
-        for r in reference().iter().filter(|r| r.rho == rho) {
-            let wall = match r.wall {
-                "floor" => Wall::Floor,
-                "side" => Wall::Side(0),
-                _ => Wall::Ceiling,
-            };
-            let total = cube.irradiance(wall, r.u, r.v, Light::Total);
-            assert!((total / r.total - 1.0).abs() < 2e-3, "rho {rho}, {r:?}: {total}");
-            let direct = cube.irradiance(wall, r.u, r.v, Light::Direct);
-            // The file has six decimals.
-            assert!((direct - r.direct).abs() < 1e-6, "{r:?}: {direct}");
-            n += 1;
-        }
-        assert!(n > 600, "{n} points");
+    let mut n = 0;
+    for r in reference().iter().filter(|r| r.rho == RHO) {
+        let wall = match r.wall {
+            "floor" => Wall::Floor,
+            "side" => Wall::Side(0),
+            _ => Wall::Ceiling,
+        };
+        let total = CUBE.irradiance(wall, r.u, r.v, Light::Total);
+        assert!((total / r.total - 1.0).abs() < 2e-3, "{r:?}: {total}");
+        let direct = CUBE.irradiance(wall, r.u, r.v, Light::Direct);
+        // The file has six decimals.
+        assert!((direct - r.direct).abs() < 1e-6, "{r:?}: {direct}");
+        n += 1;
     }
+    assert!(n > 600, "{n} points");
 }
 
 #[test]
@@ -180,4 +178,32 @@ fn picture_of_bilinear_shows_creases_that_hermite_has_not() {
     let added = |name: &str| shown.iter().find(|s| s.way == name).and_then(|s| s.bands).unwrap().rms_added;
     assert!(added(BILINEAR) > 2.0 * added(HERMITE), "{} {}", added(BILINEAR), added(HERMITE));
     assert_eq!(added("reference"), 0.0);
+}
+
+#[test]
+#[ignore = "explore"]
+fn explore_gradings() {
+    for n in [8, 16, 32] {
+        for g in [1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0] {
+            let case = scenes::cube_case(&CUBE, n, g, Light::Indirect).unwrap();
+            for name in [BILINEAR, HERMITE] {
+                let m = case.measure(&way(name), false);
+                let parts: Vec<String> = m.parts.iter().map(|p| format!("{:.4}", 100.0 * p.l2)).collect();
+                println!("n {n} g {g} {name}: {:.4} {parts:?}", 100.0 * m.all.l2);
+            }
+        }
+    }
+    let runs = scenes::cube_runs(&CUBE, Extent::Quick).unwrap();
+    for r in &runs {
+        println!("{}", tables::by_part(&r.mesh, r).text());
+        println!("{}", tables::by_method(&r.mesh, &[r]).text());
+    }
+    for c in targets::cube_checks(stated(&runs).unwrap()) {
+        println!("{c:?}");
+    }
+    for scene in [POINT_SHADOW, PENUMBRA] {
+        for r in scene.runs(Extent::Full).unwrap() {
+            println!("{}", tables::by_method(&r.mesh, &[&r]).text());
+        }
+    }
 }

@@ -118,7 +118,8 @@ pub(super) fn sample(
         let n_corners = mesh.elements[e as usize].corners.vertices().len();
         let corner = |k| SurfacePoint { element, st: corner_st(n_corners, k) };
         let at_corner = |k| reference.luminance(mesh, corner(k));
-        let range = (0..n_corners).map(at_corner).fold([f64::INFINITY, f64::NEG_INFINITY], |r, y| wider(r, [y; 2]));
+        let range =
+            (0..n_corners).map(at_corner).fold([f64::INFINITY, f64::NEG_INFINITY], |r, y| wider(r, [y; 2]));
         let value = |(at, area): (SurfacePoint, f64)| {
             (at, area, reference.luminance(mesh, at), gradient(mesh, at, reference))
         };
