@@ -22,36 +22,45 @@ use super::bicubic::{CORNERS, corner_tangents};
 use super::derivatives::Node;
 use super::kinks::kinked_nodes;
 use super::nodes::Nodal;
-use crate::mesh::{Corners, ElementId, VertexId};
+use crate::mesh::{Corners, Element, ElementId, VertexId};
 
 /// Ordinates may leave the range by this share of the largest value: rounding in the fits.
 const TOLERANCE: f64 = 1e-12;
 
-/// Limits the derivatives; how many vertices it made smaller ones at.
-pub(super) fn limit(nodal: &mut Nodal<'_>) -> usize {
+/// Limits the derivatives; the vertices at which it made them smaller.
+pub(super) fn limit(nodal: &mut Nodal<'_>) -> Vec<VertexId> {
     let mesh = nodal.mesh;
     let kinked = kinked_nodes(nodal);
-    let kinked_vertex = |v: VertexId| nodal.table.of_vertex(v).any(|n| kinked[n]);
-    let limited: Vec<bool> =
-        mesh.elements.iter().map(|e| e.corners.vertices().iter().any(|v| kinked_vertex(*v))).collect();
+    let mut held = vec![false; mesh.vertices.len()];
+    for element in &mesh.elements {
+        let ids = element.corners.vertices();
+        if ids.iter().any(|v| nodal.table.of_vertex(*v).any(|n| kinked[n])) {
+            ids.iter().for_each(|v| held[v.0 as usize] = true);
+        }
+    }
     let factors: Vec<f64> = (0..mesh.vertices.len() as u32)
         .into_par_iter()
         .with_min_len(256)
         .map(|v| {
-            let around = mesh.elements_around(VertexId(v));
-            if !around.iter().any(|e| limited[e.0 as usize]) {
+            if !held[v as usize] {
                 return 1.0;
             }
-            around.iter().map(|e| element_factor(nodal, *e, VertexId(v))).fold(1.0, f64::min)
+            mesh.elements_around(VertexId(v))
+                .iter()
+                .map(|e| element_factor(nodal, *e, VertexId(v)))
+                .fold(1.0, f64::min)
         })
         .collect();
-    for (v, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor < 1.0) {
-        for node in nodal.table.of_vertex(VertexId(v as u32)) {
-            nodal.derivatives[node] = nodal.derivatives[node].scaled(*factor);
+    let all_held = |e: &Element| e.corners.vertices().iter().all(|v| held[v.0 as usize]);
+    nodal.limited = mesh.elements.iter().map(all_held).collect();
+    let mut smaller = Vec::new();
+    for (vertex, factor) in (0..).map(VertexId).zip(factors).filter(|(_, factor)| *factor < 1.0) {
+        for node in nodal.table.of_vertex(vertex) {
+            nodal.derivatives[node] = nodal.derivatives[node].scaled(factor);
         }
+        smaller.push(vertex);
     }
-    nodal.limited = limited;
-    factors.iter().filter(|f| **f < 1.0).count()
+    smaller
 }
 
 /// The largest factor of a vertex's derivatives that one of its elements allows.

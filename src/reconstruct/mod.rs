@@ -31,7 +31,7 @@
 
 use std::sync::Arc;
 
-use crate::mesh::{Mesh, SurfacePoint};
+use crate::mesh::{Mesh, SurfacePoint, VertexId};
 use crate::units::Rgb;
 
 mod bicubic;
@@ -72,7 +72,8 @@ pub use method::{GradientRule, Method, ReconstructOptions, TwistRule};
 #[derive(Clone, Debug)]
 pub struct Reconstruction {
     field: Arc<dyn Field>,
-    limited_vertices: usize,
+    /// Rising.
+    limited: Vec<VertexId>,
 }
 
 /// Exact derivatives of a field, per vertex of a mesh.
@@ -127,7 +128,7 @@ impl Reconstruction {
             Method::Constant => check_count("element means", element_means.len(), mesh.elements.len()),
             _ => check_count("vertex values", vertex_values.len(), mesh.vertices.len()),
         }
-        let unlimited = |field: Arc<dyn Field>| Reconstruction { field, limited_vertices: 0 };
+        let unlimited = |field: Arc<dyn Field>| Reconstruction { field, limited: Vec::new() };
         let nodal = || Nodal::new(mesh, vertex_values, &options, given);
         match options.method {
             Method::Constant => unlimited(Arc::new(constant::Constant::new(element_means))),
@@ -137,8 +138,8 @@ impl Reconstruction {
             Method::Hermite => unlimited(joined::<Bicubic, CloughTocher>(nodal())),
             Method::HermiteLimited => {
                 let mut nodal = nodal();
-                let limited_vertices = limiter::limit(&mut nodal);
-                Reconstruction { field: joined::<Bicubic, CloughTocher>(nodal), limited_vertices }
+                let limited = limiter::limit(&mut nodal);
+                Reconstruction { field: joined::<Bicubic, CloughTocher>(nodal), limited }
             }
         }
     }
@@ -162,7 +163,12 @@ impl Reconstruction {
 
     /// Vertices whose derivatives the limiter made smaller; 0 for methods without one.
     pub fn limited_vertices(&self) -> usize {
-        self.limited_vertices
+        self.limited.len()
+    }
+
+    /// Which ones, rising.
+    pub fn limited(&self) -> &[VertexId] {
+        &self.limited
     }
 
     /// Memory that the coefficients hold (bytes).

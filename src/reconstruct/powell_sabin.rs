@@ -3,7 +3,7 @@
 //! ```text
 //!             k              m: middles of the edges, C: centroid, q_i: middle of m_ij m_ki
 //!            /|\             parts at corner i: (i, m_ij, q_i), (i, q_i, m_ki); inside: (C, m_ij, q_i), ...
-//!       m_ki--+--m_jk        12 numbers fix it: 3 values, 6 ordinates f + g . edge / 2 next to the corners, 3 between
+//!       m_ki--+--m_jk        12 numbers fix it: 3 values, 6 ordinates f + g . edge / 4 next to the corners, 3 between
 //!        / \ C| / \          m and C, which hold the slope across the middle of the edge; the rest are means:
 //!       i---m_ij---j           m_ij  = (ij + ji) / 2               between m_ij and q_i: (ij + 3 C_ij) / 4
 //!                              i-q_i = (ij + ik) / 2               q_i, C and between: means of their neighbours
@@ -92,7 +92,7 @@ impl TriangleSurface for PowellSabin {
         for (a, node) in nodes.iter().enumerate() {
             o[a] = node.value;
             for b in [(a + 1) % 3, (a + 2) % 3] {
-                o[along(a, b)] = node.value + node.slope(x[b] - x[a]) * 0.5;
+                o[along(a, b)] = node.value + node.slope(x[b] - x[a]) * 0.25;
             }
         }
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
