@@ -9,6 +9,7 @@
 //! there differ by under 40 degrees. Vertices of joined edges are shared; other surfaces have their own vertices at
 //! the same, bitwise equal, position.
 
+use super::grading::{Grading, gradings};
 use super::junctions::{BorderEdge, count_t_junctions};
 use super::plan::{Grid, plan_bounded, weld_tolerance_m};
 use super::split::{NONE, Pieces, facet, split};
@@ -37,6 +38,8 @@ struct Draft {
     whole: Vec<bool>,
     surfaces: Vec<SurfacePatches>,
     n_cast_patches: usize,
+    /// Per surface.
+    gradings: Vec<Grading>,
 }
 
 /// One side of one patch edge in the edge table.
@@ -103,6 +106,7 @@ fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
         whole: Vec::new(),
         surfaces: Vec::with_capacity(scene.surfaces.len()),
         n_cast_patches: 0,
+        gradings: gradings(scene),
     };
     for i in 0..grids.len() {
         let front = draft.add_side(scene, grids, i, Facing::Front, &mut welder);
@@ -136,7 +140,7 @@ impl Draft {
         side: Facing,
         welder: &mut Welder,
     ) -> std::ops::Range<u32> {
-        let cut = tessellate(&scene.surfaces[i].shape, &grids[i], scene.meshing.edge_grading);
+        let cut = tessellate(&scene.surfaces[i].shape, &grids[i], &self.gradings[i]);
         let base = self.points.len() as u32;
         for point in cut.points {
             let (id, at) = welder.weld(point);

@@ -24,6 +24,7 @@ use crate::scene::{Scene, SurfaceId};
 
 mod build;
 mod faces;
+mod grading;
 mod inverse;
 mod junctions;
 mod plan;

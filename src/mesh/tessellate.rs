@@ -20,6 +20,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::grading::Grading;
 use super::plan::Grid;
 use super::{Corners, VertexId, faces};
 use crate::geom::{DVec3, tangent_frame};
@@ -35,8 +36,8 @@ pub(super) struct Tessellation {
     pub(super) whole: Vec<bool>,
 }
 
-/// Cuts a shape by its grid (a grid of another kind gives nothing), quads finer toward their borders by `grading`.
-pub(super) fn tessellate(shape: &Shape, grid: &Grid, grading: f64) -> Tessellation {
+/// Cuts a shape by its grid (a grid of another kind gives nothing), quads as `grading` says.
+pub(super) fn tessellate(shape: &Shape, grid: &Grid, grading: &Grading) -> Tessellation {
     match (shape, grid) {
         (Shape::Quad(v), &Grid::Quad { s, t }) => quad(*v, s as u32, t as u32, grading),
         (Shape::Triangle(v), &Grid::Triangle { n }) => triangle(*v, n as u32),
@@ -85,23 +86,12 @@ fn oriented(mut cut: Tessellation, flip: bool) -> Tessellation {
     cut
 }
 
-/// The place of part `k` of `n` along an edge, graded: (2 x)^g / 2 in the first half, mirrored in the second, so that quads
-/// that share an edge agree about it.
-fn graded(k: u32, n: u32, grading: f64) -> f64 {
-    let half = |k: u32| 0.5 * (2.0 * f64::from(k) / f64::from(n)).powf(grading);
-    match grading == 1.0 {
-        true => f64::from(k) / f64::from(n),
-        false if 2 * k <= n => half(k),
-        false => 1.0 - half(n - k),
-    }
-}
-
-fn quad(v: [DVec3; 4], n: u32, m: u32, grading: f64) -> Tessellation {
+fn quad(v: [DVec3; 4], n: u32, m: u32, grading: &Grading) -> Tessellation {
     let mut points = Vec::with_capacity((n as usize + 1) * (m as usize + 1));
     for j in 0..=m {
-        let t = graded(j, m, grading);
+        let t = grading.place(1, j, m);
         for i in 0..=n {
-            let s = graded(i, n, grading);
+            let s = grading.place(0, i, n);
             points.push((1.0 - t) * ((1.0 - s) * v[0] + s * v[1]) + t * ((1.0 - s) * v[3] + s * v[2]));
         }
     }

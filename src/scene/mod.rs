@@ -176,7 +176,8 @@ pub struct Meshing {
     pub target: MeshTarget,
     /// Subdivide where light changes.
     pub adaptive: bool,
-    /// How much finer quads are cut toward their borders: the part x of an edge's first half becomes x^this. 1: evenly.
+    /// How much finer quads are cut toward borders, those inside a smooth group excepted: part x of the way becomes x^this.
+    /// 1: evenly.
     pub edge_grading: f64,
 }
 

@@ -18,7 +18,7 @@ use crate::scene::MAX_ELEMENTS;
 
 Pictures: a pixel's difference is that of its worst channel; shares are of A's mean luminance. An eye sees a Mach band \
     where the slope of luminance breaks: `creases` are the second differences of A and of B, `bands added` those of B - A, \
-    so borders of objects, which both have, count for nothing.
+    without the borders of objects, where A has over 1 % of its mean luminance.
 
 Reports: two of simulate, two of render or two of solve, with a board. Canonical work comes first: rays, cells, tests \
     and hits depend on scene, rays, formats, grid, partition and shells alone; where they changed, what of these differs \

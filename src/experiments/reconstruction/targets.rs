@@ -47,11 +47,11 @@ pub fn cube_checks(run: &Run) -> Vec<Check> {
     }
     for name in [ZERO, LITERAL] {
         let (l2, band) = (gains(run, name, |m| m.l2), gains(run, name, |m| m.band));
-        let missed = (0..2).all(|p| l2[p] < GAINS[p].0 && GAINS[p].1.is_some_and(|least| band[p] < least));
+        let missed = (0..2).all(|p| l2[p] < GAINS[p].0 || GAINS[p].1.is_some_and(|least| band[p] < least));
         checks.push(Check::new(
             missed,
             format!(
-                "lit-cube: `{name}` reaches neither on floor and side wall (L2 {:.2} and {:.2}, band {:.2} and {:.2} times)",
+                "lit-cube: `{name}` does not reach both on floor or side wall (L2 {:.2} and {:.2}, band {:.2} and {:.2} times)",
                 l2[0], l2[1], band[0], band[1]
             ),
         ));
