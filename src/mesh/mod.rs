@@ -27,6 +27,7 @@ use crate::scene::{Scene, SurfaceId};
 mod build;
 mod discontinuity;
 mod faces;
+mod grading;
 mod inverse;
 mod junctions;
 mod locator;
@@ -39,9 +40,9 @@ mod tessellate;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub(crate) use locator::Locator;
 pub use crate::scene::Continuity;
 pub use discontinuity::Discontinuity;
+pub(crate) use locator::Locator;
 pub use subdivision::{MAX_LEVEL, Place, Subdivision, SubdivisionError};
 
 /// Abscissae of the two-point Gauss rule on [0, 1]: (1 -+ 1/sqrt 3) / 2.

@@ -199,6 +199,25 @@ pub fn compare_summary(r: &CompareReport) -> String {
         "mean",
         format_args!("{:.6e} and {:.6e} W/m^2/sr", d.mean_luminance_a, d.mean_luminance_b),
     );
+    if let Some(bands) = &r.mach_bands {
+        let at = bands.largest_at.map_or(String::new(), |[x, y]| format!(", most at column {x}, row {y}"));
+        line(
+            &mut out,
+            "creases",
+            format_args!(
+                "RMS second difference {:.3e} and {:.3e} of the mean luminance per square of a pixel",
+                bands.rms_a, bands.rms_b
+            ),
+        );
+        line(
+            &mut out,
+            "bands added",
+            format_args!("{:.3e} RMS, {:.3e} at the 99th percentile{at}", bands.rms_added, bands.p99_added),
+        );
+    }
+    if let Some(scale) = r.band_scale {
+        line(&mut out, "band map", format_args!("A left, B right; white and black at {scale:.3e}"));
+    }
     if let Some(limit) = d.threshold {
         let verdict = if r.passed { "passed" } else { "FAILED" };
         line(
