@@ -31,10 +31,11 @@ pub const HEADER_BYTES: usize = 24;
 const MAGIC_BYTES: usize = 8;
 
 /// Beginnings of files that are taken for one of ours by mistake.
-const KNOWN: [(&[u8], &str); 10] = [
+const KNOWN: [(&[u8], &str); 11] = [
     (b"RADSOL\r\n", "a solution (.radsol)"),
     (b"RADTRC\r\n", "a record of work (.radtrace)"),
     (b"RADCHK\r\n", "a checkpoint of a solve"),
+    (b"RADROW\r\n", "a file of form factors (.radrow)"),
     (b"RADLOG\r\n", "an event log (.radlog)"),
     (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
     (b"\x89PNG", "a PNG picture"),

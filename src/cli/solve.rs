@@ -18,11 +18,11 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
     }
     plan::check_outputs(
         [],
-        &[(Some(&args.output), "radsol"), (args.report.as_deref(), "json")],
+        &[(Some(&args.output), "radsol"), (args.report.as_deref(), "json"), (args.rows.as_deref(), "radrow")],
         &[Some(&args.scene), args.continue_from.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
     let mut options = plan::resolve_frame(&args.cast, None)?;
-    options.pass_1 = PassOne::Planned(Box::new(solve_plan(args, options.pass_1)));
+    options.pass_1 = PassOne::Planned(Box::new(solve_plan(args, options.pass_1, options.caster.identity())));
 
     let mut bars = Bars::new(args.unshot, 0);
     let solved = frame::solve_scene(&args.scene, &options, &mut |p| bars.show(p))?;
@@ -44,7 +44,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
 }
 
 /// Pass 1 as the flags of `solve` want it.
-fn solve_plan(args: &SolveArgs, pass_1: PassOne) -> SolvePlan {
+fn solve_plan(args: &SolveArgs, pass_1: PassOne, caster: String) -> SolvePlan {
     let plan = match pass_1 {
         PassOne::Planned(plan) => *plan,
         PassOne::Solve(options) => SolvePlan::new(options),
@@ -52,7 +52,14 @@ fn solve_plan(args: &SolveArgs, pass_1: PassOne) -> SolvePlan {
     };
     let max_shots = args.max_shots.map_or(plan.options.max_shots, |n| n as usize);
     let options = SolveOptions { unshot_share: args.unshot, max_shots, ..plan.options };
-    SolvePlan { options, exact: args.exact, continue_from: args.continue_from.clone(), ..plan }
+    SolvePlan {
+        options,
+        exact: args.exact,
+        continue_from: args.continue_from.clone(),
+        rows: args.rows.clone(),
+        caster,
+        ..plan
+    }
 }
 
 fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {

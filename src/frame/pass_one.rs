@@ -13,6 +13,7 @@ use super::{FrameError, Progress};
 use crate::mesh::Mesh;
 use crate::radiosity::checkpoint::{Checkpoint, Keeper};
 use crate::radiosity::refine::{self, RefineOptions, RefineReport};
+use crate::radiosity::row_cache::RowCache;
 use crate::radiosity::{self, Solution, SolveError, SolveOptions, Start, solution_file};
 use crate::raycast::RayCaster;
 use crate::report::Timings;
@@ -41,14 +42,23 @@ pub struct SolvePlan {
     pub continue_from: Option<PathBuf>,
     /// Where its state is kept.
     pub checkpoint: Option<Keeper>,
-    /// What the answers to rays depend on, in words, for the checkpoint.
+    /// Where rows of form factors are kept for other solves of the same mesh.
+    pub rows: Option<PathBuf>,
+    /// What the answers to rays depend on, in words, for checkpoint and rows.
     pub caster: String,
 }
 
 impl SolvePlan {
     /// Nothing special.
     pub fn new(options: SolveOptions) -> SolvePlan {
-        SolvePlan { options, exact: false, continue_from: None, checkpoint: None, caster: String::new() }
+        SolvePlan {
+            options,
+            exact: false,
+            continue_from: None,
+            checkpoint: None,
+            rows: None,
+            caster: String::new(),
+        }
     }
 }
 
@@ -163,6 +173,13 @@ fn planned(
             Start::From(stored)
         }
     };
-    let solution = radiosity::solve_on(scene, mesh, caster, &options, start, checkpoint, progress)?;
+    let offset_m = caster.surface_offset_m();
+    let open = |path: &PathBuf| RowCache::open(path, scene, mesh, &options, plan.caster.clone(), offset_m);
+    let mut rows = plan.rows.as_ref().map(open).transpose().map_err(SolveError::from)?;
+    let solution =
+        radiosity::solve_on(scene, mesh, caster, &options, start, checkpoint, rows.as_mut(), progress)?;
+    if let Some(rows) = rows {
+        rows.write().map_err(SolveError::from)?;
+    }
     Ok((solution, options))
 }

@@ -57,7 +57,7 @@ pub struct VertexId(pub u32);
 pub struct ElementId(pub u32);
 
 /// Index into [`Mesh::patches`]; for fronts also the id that casters use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct PatchId(pub u32);
 
 /// The whole mesh.

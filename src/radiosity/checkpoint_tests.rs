@@ -28,7 +28,7 @@ fn in_pieces(
             stop.store(n >= steps, Ordering::Relaxed);
         };
         let start = start.map_or(Start::Anew, Start::From);
-        match solve_on(scene, &mesh, &mut caster, options, start, Some(&mut checkpoint), &mut count) {
+        match solve_on(scene, &mesh, &mut caster, options, start, Some(&mut checkpoint), None, &mut count) {
             Err(SolveError::Checkpoint(CheckpointError::Stopped { .. })) => {}
             other => {
                 let solution = other.unwrap();
@@ -81,7 +81,7 @@ fn relighting_in_pieces_gives_the_bits_of_one() {
     let (pieces, stops) = in_pieces(&new, &options, Some(&stored), 9);
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let start = Start::From(&stored);
-    let one = solve_on(&new, &mesh, &mut caster, &options, start, None, &mut |_| {}).unwrap();
+    let one = solve_on(&new, &mesh, &mut caster, &options, start, None, None, &mut |_| {}).unwrap();
     assert!(stops > 2 && pieces.earlier.is_some(), "{stops}");
     assert_eq!(pieces, one);
 }
@@ -98,7 +98,7 @@ fn left_behind(
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let mut checkpoint = Checkpoint::open(folder, NEVER, stop, caster_name.into())?;
     let start = Start::Anew;
-    solve_on(scene, &mesh, &mut caster, options, start, Some(&mut checkpoint), &mut |_| {}).map(|_| ())
+    solve_on(scene, &mesh, &mut caster, options, start, Some(&mut checkpoint), None, &mut |_| {}).map(|_| ())
 }
 
 #[test]

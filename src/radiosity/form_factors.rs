@@ -51,7 +51,7 @@ const HEMISPHERE_SIDE: u32 = 8;
 const FULL_HEMISPHERE_SIDE: u32 = 16;
 
 /// Form factors from every receiver to one shooter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Row {
     /// Means over elements.
     pub elements: SparseRow,
@@ -75,7 +75,7 @@ pub(super) struct StrayShares {
 }
 
 /// Who shoots.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) enum ShooterId {
     Patch(PatchId),
     /// An index into [`FormFactors::emitters`].

@@ -34,6 +34,7 @@ mod receivers;
 pub mod refine;
 mod relight;
 mod row;
+pub mod row_cache;
 mod rows;
 mod shooting;
 pub mod solution_file;
@@ -45,6 +46,7 @@ mod tests;
 
 use checkpoint::{Checkpoint, CheckpointError};
 pub use diagnostics::ReciprocityError;
+use row_cache::{RowCache, RowFileError};
 use solution_file::Stored;
 
 /// Irradiance kept in two parts (W/m^2).
@@ -304,6 +306,9 @@ pub enum SolveError {
     /// A checkpoint.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// A file of form factors.
+    #[error(transparent)]
+    Rows(#[from] RowFileError),
 }
 
 /// Where a solve begins.
@@ -326,10 +331,11 @@ pub fn solve(
     options: &SolveOptions,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    shooting::run(scene, mesh, caster, options, Start::Anew, None, progress)
+    shooting::run(scene, mesh, caster, options, Start::Anew, None, None, progress)
 }
 
-/// Runs pass 1 from `start`, or from where `checkpoint` says that it got to; keeps its state there now and then.
+/// Runs pass 1 from `start`, or from where `checkpoint` says that it got to; keeps its state there now and then. Rows of form
+/// factors that are in `rows` are not cast; those that are cast go there.
 ///
 /// # Errors
 /// [`SolveError`] when the caster fails, the checkpoint is of another solve, or the solve was asked to stop.
@@ -340,9 +346,10 @@ pub fn solve_on(
     options: &SolveOptions,
     start: Start<'_>,
     checkpoint: Option<&mut Checkpoint>,
+    rows: Option<&mut RowCache>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    shooting::run(scene, mesh, caster, options, start, checkpoint, progress)
+    shooting::run(scene, mesh, caster, options, start, checkpoint, rows, progress)
 }
 
 /// Solves a small scene exactly, by a dense linear solve over its patches.

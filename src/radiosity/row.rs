@@ -6,8 +6,10 @@
 //! Memory: n/8 + n/16 bytes for n receivers, and 4 bytes per factor that is not 0. Values are rounded to f32 before
 //! their first use, so a stored row and a recomputed one are the same.
 
+use serde::{Deserialize, Serialize};
+
 /// Form factors to one kind of receiver.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct SparseRow {
     masks: Vec<u64>,
     /// Where the values of each mask word start.
@@ -63,6 +65,26 @@ impl SparseRow {
         sum
     }
 
+    /// True for what [`SparseRow::pack`] makes of form factors to `n` receivers.
+    pub(super) fn is_sound(&self, n: usize) -> bool {
+        let mut n_values = 0;
+        let in_order = self.masks.iter().zip(&self.starts).all(|(mask, start)| {
+            let fits = *start as usize == n_values;
+            n_values += mask.count_ones() as usize;
+            fits
+        });
+        let past_the_end = match (self.masks.last(), n % ROW_BLOCK) {
+            (Some(mask), rest) if rest != 0 => mask >> rest,
+            _ => 0,
+        };
+        in_order
+            && past_the_end == 0
+            && self.masks.len() == n.div_ceil(ROW_BLOCK)
+            && self.starts.len() == self.masks.len()
+            && self.values.len() == n_values
+            && self.values.iter().all(|f| f.is_finite() && *f >= 0.0)
+    }
+
     /// Heap memory (bytes) of a row of `n` receivers that all see the shooter.
     pub(super) fn max_bytes(n: usize) -> u64 {
         (12 * n.div_ceil(ROW_BLOCK) + 4 * n) as u64
@@ -90,6 +112,8 @@ mod tests {
                 row.for_block(block, |place, factor| back[block * ROW_BLOCK + place] = factor as f32);
             }
             prop_assert_eq!(&back, &dense);
+            prop_assert!(row.is_sound(dense.len()));
+            prop_assert!(!row.is_sound(dense.len() + ROW_BLOCK));
             let sum: f64 = dense.iter().enumerate().map(|(i, f)| i as f64 * f64::from(*f)).sum();
             prop_assert!((row.weighted_sum(|i| i as f64) - sum).abs() <= 1e-9 * (1.0 + sum));
             let n = dense.iter().filter(|f| **f != 0.0).count();

@@ -22,6 +22,7 @@ use super::form_factors::{FormFactors, Row, ShooterId, StrayShares};
 use super::light_shots::{self, LightShot};
 use super::receivers::Receivers;
 use super::row::ROW_BLOCK;
+use super::row_cache::RowCache;
 use super::rows::{self, RowStore};
 use super::state::{State, magnitude};
 use super::stochastic::{self, Stochastic};
@@ -60,10 +61,11 @@ pub(super) fn run(
     options: &SolveOptions,
     start: Start<'_>,
     mut checkpoint: Option<&mut Checkpoint>,
+    row_cache: Option<&mut RowCache>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
     let offset_m = caster.surface_offset_m();
-    let mut solver = Solver::new(scene, mesh, options, offset_m);
+    let mut solver = Solver { row_cache, ..Solver::new(scene, mesh, options, offset_m) };
     let resumed =
         checkpoint.as_mut().map_or(Ok(None), |c| c.resume(scene, mesh, options, start, offset_m))?;
     let mut state = match (resumed, start) {
@@ -96,6 +98,8 @@ pub(super) struct Solver<'a> {
     /// While there are kernel shots.
     receivers: Option<Receivers>,
     rows: RowStore,
+    /// Rows of earlier solves; those of this one go there, too.
+    row_cache: Option<&'a mut RowCache>,
     stochastic: Option<Stochastic<'a>>,
 }
 
@@ -126,6 +130,7 @@ impl<'a> Solver<'a> {
             },
             receivers: None,
             rows: RowStore::default(),
+            row_cache: None,
             stochastic: None,
         }
     }
@@ -322,9 +327,9 @@ impl<'a> Solver<'a> {
         Ok(true)
     }
 
-    /// Rows of shooters, and how many rays they took.
+    /// Rows of shooters, and how many rays they took: those that are not in the cache are cast.
     fn cast_rows(
-        &self,
+        &mut self,
         shooters: &[ShooterId],
         caster: &mut dyn RayCaster,
     ) -> Result<(Vec<(Row, StrayShares)>, u64), CastError> {
@@ -347,12 +352,27 @@ impl<'a> Solver<'a> {
             ShooterId::Patch(patch) => n_emitters <= max_full && !self.exitance[patch.0 as usize].is_black(),
             ShooterId::Emitter(_) => false,
         };
-        let wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
+        let mut wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
+        let cached = |(shooter, full): &(ShooterId, bool)| {
+            self.row_cache.as_ref().and_then(|cache| cache.get(*shooter, *full)).cloned()
+        };
+        let at_hand: Vec<Option<(Row, StrayShares)>> = wanted.iter().map(cached).collect();
+        let mut known = at_hand.iter().map(Option::is_some);
+        wanted.retain(|_| known.next() == Some(false));
+        if wanted.is_empty() {
+            return Ok((at_hand.into_iter().flatten().collect(), 0));
+        }
         let (strays, n_stray_rays) = factors.stray_shares(&wanted, caster)?;
         let (strays, aims): (Vec<_>, Vec<_>) = strays.into_iter().unzip();
         let rows = factors.rows(&aims, caster)?;
         let n_rays = n_stray_rays + rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
-        Ok((rows.into_iter().map(|(row, _)| row).zip(strays).collect(), n_rays))
+        if let Some(cache) = &mut self.row_cache {
+            for ((shooter, full), ((row, _), stray)) in wanted.iter().zip(rows.iter().zip(&strays)) {
+                cache.keep(*shooter, *full, row, *stray);
+            }
+        }
+        let mut cast = rows.into_iter().map(|(row, _)| row).zip(strays);
+        Ok((at_hand.into_iter().filter_map(|row| row.or_else(|| cast.next())).collect(), n_rays))
     }
 
     fn rows_per_query(&self) -> usize {

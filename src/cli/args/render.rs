@@ -130,6 +130,7 @@ pub struct RenderArgs {
   radeng render scenes/furnace/scene.toml --solution furnace.radsol
   radeng solve big.toml -o big.radsol --checkpoint big.state     killed or stopped by Ctrl-C, the same command goes on
   radeng solve dimmed.toml -o dimmed.radsol --continue-from scene.radsol
+  radeng solve scene.toml -o scene.radsol --rows scene.radrow    the next solve of these surfaces, painted otherwise, is quick
   radeng solve scene.toml -o early.radsol --max-shots 50 && radeng render scene.toml --solution early.radsol --ambient
   radeng solve scene.toml -o exact.radsol --elements 2000 --exact")]
 pub struct SolveArgs {
@@ -151,6 +152,10 @@ pub struct SolveArgs {
     /// change is shot. Sampling is as it was for that solution
     #[arg(long, value_name = "FILE.radsol", conflicts_with_all = ["exact", "seed", "dense_visibility", "kernel", "form_factors", "max_shooters", "wanted_error"])]
     pub continue_from: Option<PathBuf>,
+    /// Keep the form factors in this file, and cast no rays for those that it has: solves of the same mesh with other
+    /// emission, reflectances or lights then take a part of the time. Same result
+    #[arg(long, value_name = "FILE.radrow", conflicts_with = "exact")]
+    pub rows: Option<PathBuf>,
     /// Solve the radiosity equation of the patches by a dense linear solve, as a check of progressive refinement; at most
     /// 5000 patches (0.6 GB of matrices, and 4 bytes for every form factor that is not 0)
     #[arg(long, conflicts_with_all = ["checkpoint", "unshot", "form_factors", "max_shooters", "wanted_error"])]
