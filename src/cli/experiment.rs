@@ -1,5 +1,5 @@
-//! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. The
-//! validation of pass 1 is one of its own, with its own document.
+//! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. Those of the
+//! host (validation of pass 1, adaptive meshing, reconstruction) have a document each.
 
 use std::path::{Path, PathBuf};
 
@@ -14,21 +14,22 @@ pub(super) const ALL: &str = "all";
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     // Those of the board, and of the host, which `all` leaves out.
-    let host = [experiments::adaptive::EXPERIMENT, VALIDATION];
-    let is_validation = args.name == VALIDATION.name;
+    let host = [experiments::adaptive::EXPERIMENT, experiments::reconstruction::EXPERIMENT, VALIDATION];
+    // Those of the host have a document each.
+    let of_host = host.iter().find(|e| args.name == e.name).map(|e| e.name);
     let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);
     let chosen: Vec<Experiment> = of_board.chain(host.into_iter().filter(|e| args.name == e.name)).collect();
     if chosen.is_empty() {
         let names: Vec<&str> = EXPERIMENTS.iter().chain(&host).map(|e| e.name).collect();
         return Err(CliError::Usage(format!("'{}' is none of {}, {ALL}", args.name, names.join(", "))));
     }
-    let default = if is_validation { "docs/validation" } else { "docs/board" };
-    let folder = &args.output.clone().unwrap_or_else(|| PathBuf::from(default));
+    let default = || PathBuf::from("docs").join(of_host.unwrap_or("board"));
+    let folder = &args.output.clone().unwrap_or_else(default);
     std::fs::create_dir_all(folder).map_err(|e| OutputError::Target {
         path: folder.clone(),
         what: format!("cannot make this folder: {e}"),
     })?;
-    let document = (args.name == ALL || is_validation).then(|| document_of(folder)).transpose()?;
+    let document = (args.name == ALL || of_host.is_some()).then(|| document_of(folder)).transpose()?;
     let plots: Vec<PathBuf> = chosen.iter().map(|e| folder.join(format!("{}.svg", e.name))).collect();
     check_targets(plots.iter().map(PathBuf::as_path).chain(document.as_deref()))?;
 
@@ -47,14 +48,17 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
             let key = if i == 0 { String::new() } else { format!("-{}", table.key()) };
             files.stage(&folder.join(format!("{}{key}.csv", experiment.name)), table.csv().into_bytes());
         }
+        for picture in findings.pictures.iter().flatten() {
+            files.stage(&folder.join(&picture.file), picture.bytes.clone());
+        }
         outcome.text += &(experiments::terminal_text(experiment, findings) + "\n");
         outcome.check_failed |= findings.checks.iter().any(|check| !check.holds);
     }
     if let Some(path) = &document {
         let name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let text = match is_validation {
-            true => experiments::validation_document(&all[0].1, extent, &name),
-            false => experiments::document(&all, extent, &name),
+        let text = match of_host {
+            Some(host) => experiments::host_document(host, &all[0].1, extent, &name),
+            None => experiments::document(&all, extent, &name),
         };
         files.stage(path, text.into_bytes());
         outcome.text += &format!("document   {}\n", path.display());

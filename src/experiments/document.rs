@@ -49,24 +49,59 @@ pub fn document(all: &[(Experiment, Findings)], extent: Extent, folder: &str) ->
     out
 }
 
-/// The document of the validation. `folder` is where its plot and rows lie, as seen from the document.
-pub fn validation_document(findings: &Findings, extent: Extent, folder: &str) -> String {
+/// The document of an experiment of the host, by its name. `folder` is where its plot, pictures and rows lie, as seen from
+/// the document.
+pub fn host_document(name: &str, findings: &Findings, extent: Extent, folder: &str) -> String {
     let flag = extent.pick("", " --quick");
-    let mut out = format!(
-        "# Pass 1 against closed forms\n\n\
-         Made by `radeng experiment validation{flag}`, which ends with exit status 1 when a row is out of its bound. Every row is\n\
-         asserted by `cargo test --release --lib validation` as well. Rows as CSV lie in `{folder}/`.\n\n"
+    let (title, experiment, made) = match name {
+        "adaptive" => (
+            "Adaptive meshing: elements for the same error",
+            &super::adaptive::EXPERIMENT,
+            "Scenes are read from the repository's root. How refinement works: the header of `src/radiosity/refine/mod.rs`. \
+             `simulate` and `verify` mesh uniformly whatever the scene says.",
+        ),
+        "reconstruction" => (
+            "Reconstruction without Mach bands",
+            &super::reconstruction::EXPERIMENT,
+            "Every number and every sentence under \"What it says\" comes from that run.",
+        ),
+        _ => (
+            "Pass 1 against closed forms",
+            &super::VALIDATION,
+            "Every row is asserted by `cargo test --release --lib validation` as well.",
+        ),
+    };
+    let mut out = format!("# {title}\n\n");
+    let made = format!(
+        "Made by `radeng experiment {name}{flag}`, which ends with exit status 1 when a check fails. {made} Rows as CSV lie in \
+         `{folder}/`."
     );
-    section(&mut out, &super::VALIDATION, findings, folder);
+    out += &wrapped(&made, "", "");
+    out += "\n";
+    section(&mut out, experiment, findings, folder);
     out
 }
 
-/// Question, what was run, plot, tables, what it says, checks.
+/// Rows of pictures as Markdown tables.
+fn pictures(out: &mut String, rows: &[Vec<super::Picture>], folder: &str) {
+    for row in rows.iter().filter(|row| !row.is_empty()) {
+        let line = |cell: &dyn Fn(&super::Picture) -> String| {
+            format!("| {} |\n", row.iter().map(cell).collect::<Vec<_>>().join(" | "))
+        };
+        *out += "\n";
+        *out += &line(&|p| p.title.clone());
+        *out += &line(&|_| "---".to_owned());
+        *out += &line(&|p| format!("![{}]({folder}/{})", p.title, p.file));
+    }
+}
+
+/// Question, what was run, plot, pictures, tables, what it says, checks.
 fn section(out: &mut String, experiment: &Experiment, findings: &Findings, folder: &str) {
     *out += &wrapped(&format!("**Question.** {}", findings.question), "", "");
     *out += "\n";
     *out += &wrapped(&format!("**What was run.** {}", findings.method), "", "");
     let _ = write!(out, "\n![{}]({folder}/{}.svg)\n", experiment.title, experiment.name);
+    pictures(out, &findings.pictures, folder);
     for table in &findings.tables {
         let _ = write!(out, "\n{}:\n\n{}", table.title, table.markdown());
     }

@@ -41,7 +41,8 @@ pub(super) fn scene(
         materials,
         surfaces,
         lights,
-        meshing: Meshing { target: MeshTarget::Elements(elements), adaptive: false },
+        continuity: Vec::new(),
+        meshing: Meshing { target: MeshTarget::Elements(elements), ..Meshing::default() },
         warnings: Vec::new(),
     }
 }

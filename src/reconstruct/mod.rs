@@ -46,6 +46,7 @@ mod kinks;
 mod least_squares;
 mod limiter;
 mod method;
+pub mod metrics;
 mod nodes;
 mod pieces;
 mod powell_sabin;

@@ -13,7 +13,7 @@ use rtl_model::fixed::Formats;
 use serde::Serialize;
 
 use super::{BoardReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
-use crate::image::{Difference, ResolvedExposure};
+use crate::image::{Difference, MachBands, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::refine::RefineReport;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
@@ -388,6 +388,11 @@ pub struct CompareReport {
     /// The difference.
     #[serde(flatten)]
     pub difference: Difference,
+    /// Second differences; `null` for pictures without an inner pixel and for a dark reference.
+    pub mach_bands: Option<MachBands>,
+    /// Magnitude of a second difference that the map shows white or black, when one was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band_scale: Option<f64>,
     /// False when a threshold was given and a pixel exceeds it.
     pub passed: bool,
 }

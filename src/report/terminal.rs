@@ -199,6 +199,25 @@ pub fn compare_summary(r: &CompareReport) -> String {
         "mean",
         format_args!("{:.6e} and {:.6e} W/m^2/sr", d.mean_luminance_a, d.mean_luminance_b),
     );
+    if let Some(bands) = &r.mach_bands {
+        let at = bands.largest_at.map_or(String::new(), |[x, y]| format!(", most at column {x}, row {y}"));
+        line(
+            &mut out,
+            "creases",
+            format_args!(
+                "RMS second difference {:.3e} and {:.3e} of the mean luminance per square of a pixel",
+                bands.rms_a, bands.rms_b
+            ),
+        );
+        line(
+            &mut out,
+            "bands added",
+            format_args!("{:.3e} RMS, {:.3e} at the 99th percentile{at}", bands.rms_added, bands.p99_added),
+        );
+    }
+    if let Some(scale) = r.band_scale {
+        line(&mut out, "band map", format_args!("A left, B right; white and black at {scale:.3e}"));
+    }
     if let Some(limit) = d.threshold {
         let verdict = if r.passed { "passed" } else { "FAILED" };
         line(
@@ -262,6 +281,26 @@ fn refinement_lines(out: &mut String, r: &RefineReport) {
     }
     if r.lines.skipped {
         line(out, "", format_args!("shadow lines: not looked for, too many edges and patches"));
+    }
+    if r.lines.n_penumbra_segments > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "borders of penumbras: {} segments on patches, {} element edges stand for them (C0)",
+                r.lines.n_penumbra_segments, r.lines.n_c0_edges
+            ),
+        );
+    }
+    if r.lines.n_emitters_skipped > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "borders of penumbras: {} emitting surfaces not looked at (weaker, curved, or too many edges)",
+                r.lines.n_emitters_skipped
+            ),
+        );
     }
 }
 

@@ -32,7 +32,8 @@ fn scene(sets: Vec<FaceSet>, target: MeshTarget) -> Scene {
         }],
         surfaces: sets.into_iter().enumerate().map(surface).collect(),
         lights: Vec::new(),
-        meshing: Meshing { target, adaptive: false },
+        continuity: Vec::new(),
+        meshing: Meshing { target, ..Meshing::default() },
         warnings: Vec::new(),
     }
 }

@@ -11,7 +11,8 @@ use toml::Spanned;
 
 use super::super::MAX_ELEMENTS;
 use super::value::{
-    Amount, Color, FieldOfView, Fixed, HalfAngle, Length, Num, Refraction, Share, Table, Vector, Whole,
+    Amount, Color, FieldOfView, Fixed, Grading, HalfAngle, Length, Num, Refraction, Share, Table, Vector,
+    Whole,
 };
 
 /// The whole file.
@@ -31,6 +32,8 @@ pub(super) struct RawScene {
     #[serde(default)]
     pub(super) light: Vec<Spanned<Table<RawLight>>>,
     pub(super) meshing: Option<Table<RawMeshing>>,
+    #[serde(default)]
+    pub(super) continuity: Vec<Spanned<Table<RawContinuity>>>,
 }
 
 /// `[camera]`
@@ -149,4 +152,13 @@ pub(super) struct RawMeshing {
     pub(super) elements: Option<Spanned<Whole<1, MAX_ELEMENTS>>>,
     pub(super) max_element_m: Option<Spanned<Num<Length>>>,
     pub(super) adaptive: Option<Spanned<bool>>,
+    pub(super) edge_grading: Option<Num<Grading>>,
+}
+
+/// `[[continuity]]`
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawContinuity {
+    pub(super) between: Spanned<Fixed<Spanned<String>, 2>>,
+    pub(super) is: Spanned<String>,
 }
