@@ -41,8 +41,8 @@ fn smallest(w: [f64; 3]) -> usize {
 }
 
 impl CloughTocher {
-    /// Weights of the twelve numbers: Bernstein's of [`CloughTocher::cubic`], the means in it taken apart. Half the time of
-    /// working the means out.
+    /// Weights of the twelve numbers: Bernstein's of [`CloughTocher::cubic`], the means in it taken apart. A third of the
+    /// time of working the means out.
     fn weights(weights: [f64; 3]) -> [f64; 12] {
         let far = smallest(weights);
         let (i, j) = ((far + 1) % 3, (far + 2) % 3);
