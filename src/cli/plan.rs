@@ -220,28 +220,44 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructOptions, seed
 }
 
 /// How `render` fills in between the vertices.
-pub fn resolve_reconstruction(args: &RenderArgs) -> ReconstructOptions {
-    ReconstructOptions {
-        method: match args.reconstruct {
-            ReconstructArg::Constant => Method::Constant,
-            ReconstructArg::Bilinear => Method::Bilinear,
-            ReconstructArg::Quadratic => Method::Quadratic,
-            ReconstructArg::CubicTriangle => Method::CubicTriangle,
-            ReconstructArg::Hermite => Method::Hermite,
-            ReconstructArg::HermiteLimited => Method::HermiteLimited,
-        },
-        gradients: match args.gradients {
-            GradientsArg::SeedEdgeNormals => GradientRule::SeedEdgeNormals,
-            GradientsArg::FacetNormals => GradientRule::FacetNormals,
-            GradientsArg::LeastSquares => GradientRule::LeastSquares,
-            GradientsArg::Zero => GradientRule::Zero,
-        },
-        twists: match args.twists {
-            TwistsArg::Zero => TwistRule::Zero,
-            TwistsArg::Adini => TwistRule::Adini,
-            TwistsArg::Fit => TwistRule::Fit,
-        },
+///
+/// # Errors
+/// Rules that the method has no use for.
+pub fn resolve_reconstruction(args: &RenderArgs) -> Result<ReconstructOptions, CliError> {
+    let method = match args.reconstruct {
+        ReconstructArg::Constant => Method::Constant,
+        ReconstructArg::Bilinear => Method::Bilinear,
+        ReconstructArg::Quadratic => Method::Quadratic,
+        ReconstructArg::CubicTriangle => Method::CubicTriangle,
+        ReconstructArg::Hermite => Method::Hermite,
+        ReconstructArg::HermiteLimited => Method::HermiteLimited,
+    };
+    let no_use = |flag: &str, why: &str| {
+        CliError::Usage(format!("{flag} has no use with --reconstruct {}: {why}", method.name()))
+    };
+    let bicubic = matches!(method, Method::Hermite | Method::HermiteLimited);
+    if args.gradients.is_some() && matches!(method, Method::Constant | Method::Bilinear) {
+        return Err(no_use("--gradients", "it takes values only"));
     }
+    if args.twists.is_some() && !bicubic {
+        return Err(no_use("--twists", "only bicubic patches have twists"));
+    }
+    let gradients = args.gradients.map(|rule| match rule {
+        GradientsArg::SeedEdgeNormals => GradientRule::SeedEdgeNormals,
+        GradientsArg::FacetNormals => GradientRule::FacetNormals,
+        GradientsArg::LeastSquares => GradientRule::LeastSquares,
+        GradientsArg::Zero => GradientRule::Zero,
+    });
+    let twists = args.twists.map(|rule| match rule {
+        TwistsArg::Zero => TwistRule::Zero,
+        TwistsArg::Adini => TwistRule::Adini,
+        TwistsArg::Fit => TwistRule::Fit,
+    });
+    Ok(ReconstructOptions {
+        method,
+        gradients: gradients.unwrap_or_default(),
+        twists: twists.unwrap_or_default(),
+    })
 }
 
 /// The pictures that `render` writes.

@@ -34,12 +34,39 @@ pub(super) fn middle(a: usize, b: usize) -> usize {
     9 + if (a + 1) % 3 == b { a } else { b }
 }
 
+/// The corner of the smallest weight: the cubic is that of the edge opposite it.
+fn smallest(w: [f64; 3]) -> usize {
+    let (first, least) = if w[1] < w[0] { (1, w[1]) } else { (0, w[0]) };
+    if w[2] < least { 2 } else { first }
+}
+
 impl CloughTocher {
+    /// Weights of the twelve numbers: Bernstein's of [`CloughTocher::cubic`], the means in it taken apart. A third of the
+    /// time of working the means out.
+    fn weights(weights: [f64; 3]) -> [f64; 12] {
+        let far = smallest(weights);
+        let (i, j) = ((far + 1) % 3, (far + 2) % 3);
+        let (u, v, w) = (weights[i] - weights[far], weights[j] - weights[far], 3.0 * weights[far]);
+        const THIRD: f64 = 1.0 / 3.0;
+        let c_far = w * w * w * THIRD;
+        let (c_i, c_j) = ((3.0 * u * w * w + c_far) * THIRD, (3.0 * v * w * w + c_far) * THIRD);
+        let c_far = c_far * THIRD;
+        let (in_i, in_j) = ((3.0 * u * u * w + c_i) * THIRD, (3.0 * v * v * w + c_j) * THIRD);
+        let in_far = c_far * THIRD;
+        let mut all = [0.0; 12];
+        (all[i], all[j], all[far]) = (u * u * u + in_i, v * v * v + in_j, in_far);
+        // Edge e runs from corner e to the next: i to j, j to far, far to i.
+        (all[3 + 2 * i], all[4 + 2 * i]) = (3.0 * u * u * v + in_i, 3.0 * u * v * v + in_j);
+        (all[3 + 2 * j], all[4 + 2 * j]) = (in_j, in_far);
+        (all[3 + 2 * far], all[4 + 2 * far]) = (in_far, in_i);
+        (all[9 + i], all[9 + j], all[9 + far]) = (6.0 * u * v * w + c_i + c_j, c_j + c_far, c_far + c_i);
+        all
+    }
+
     /// The ten ordinates of the cubic at these weights, in the order of powers below, the weights in its own triangle and
     /// its corners (i, j, far).
     fn cubic(o: &TriangleOrdinates, weights: [f64; 3]) -> ([Rgb; 10], [f64; 3], [usize; 3]) {
-        // The cubic is that of the edge opposite the smallest weight.
-        let far = (0..3).reduce(|a, b| if weights[b] < weights[a] { b } else { a }).unwrap_or(0);
+        let far = smallest(weights);
         let (i, j) = ((far + 1) % 3, (far + 2) % 3);
         let inward = |a: usize| (o[a] + o[along(a, (a + 1) % 3)] + o[along(a, (a + 2) % 3)]) * (1.0 / 3.0);
         let (in_i, in_j, in_far) = (inward(i), inward(j), inward(far));
@@ -91,17 +118,11 @@ impl TriangleSurface for CloughTocher {
     }
 
     fn value(o: &TriangleOrdinates, weights: [f64; 3]) -> Rgb {
-        let (p, [u, v, w], _) = CloughTocher::cubic(o, weights);
-        p[0] * (u * u * u)
-            + p[1] * (v * v * v)
-            + p[2] * (3.0 * u * u * v)
-            + p[3] * (3.0 * u * v * v)
-            + p[4] * (3.0 * u * u * w)
-            + p[5] * (3.0 * v * v * w)
-            + p[6] * (6.0 * u * v * w)
-            + p[7] * (3.0 * u * w * w)
-            + p[8] * (3.0 * v * w * w)
-            + p[9] * (w * w * w)
+        let mut sum = Rgb::BLACK;
+        for (o, weight) in o.iter().zip(CloughTocher::weights(weights)) {
+            sum += *o * weight;
+        }
+        sum
     }
 
     fn slopes(o: &TriangleOrdinates, weights: [f64; 3]) -> [Rgb; 2] {

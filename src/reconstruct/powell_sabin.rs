@@ -38,19 +38,29 @@ struct Part {
     order: [usize; 3],
 }
 
+/// The corners (i, j, k) by falling weight, whether the part is one of the inner six, and the weights in it: of i or C, of
+/// m_ij, of q_i.
+fn locate(w: [f64; 3]) -> ([usize; 3], bool, [f64; 3]) {
+    let mut order = [0, 1, 2];
+    if w[order[1]] > w[order[0]] {
+        order.swap(0, 1);
+    }
+    if w[order[2]] > w[order[1]] {
+        order.swap(1, 2);
+    }
+    if w[order[1]] > w[order[0]] {
+        order.swap(0, 1);
+    }
+    let [i, j, k] = order;
+    let inner = w[i] < 0.5;
+    let to_m = 2.0 * (w[j] - w[k]);
+    let to_q = if inner { 4.0 * (w[i] - w[j]) } else { 4.0 * w[k] };
+    (order, inner, [1.0 - to_m - to_q, to_m, to_q])
+}
+
 impl PowellSabin {
     fn part(o: &TriangleOrdinates, w: [f64; 3]) -> Part {
-        // Corners by falling weight.
-        let mut order = [0, 1, 2];
-        if w[order[1]] > w[order[0]] {
-            order.swap(0, 1);
-        }
-        if w[order[2]] > w[order[1]] {
-            order.swap(1, 2);
-        }
-        if w[order[1]] > w[order[0]] {
-            order.swap(0, 1);
-        }
+        let (order, inner, weights) = locate(w);
         let [i, j, k] = order;
         let mean = |a: Rgb, b: Rgb| (a + b) * 0.5;
         let (ij, ji, ik) = (o[along(i, j)], o[along(j, i)], o[along(i, k)]);
@@ -60,24 +70,22 @@ impl PowellSabin {
         let near = |ij: Rgb, c: Rgb| (ij + c * 3.0) * 0.25;
         let (mq, mq_k) = (near(ij, c_ij), near(ik, c_ki));
         let q = mean(mq, mq_k);
-        let (a, b, c) = (2.0 * (w[j] - w[k]), w[i], w[k]);
-        if b >= 0.5 {
+        if !inner {
             // (i, m_ij, q_i)
             return Part {
                 corners: [o[i], m_ij, q],
                 between: [mq, mean(ij, ik), ij],
-                weights: [1.0 - a - 4.0 * c, a, 4.0 * c],
+                weights,
                 changes: [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [-1.0, -2.0, 4.0]],
                 order,
             };
         }
         // (C, m_ij, q_i)
         let center = (c_ij + c_jk + c_ki) * (1.0 / 3.0);
-        let to_q = 4.0 * (w[i] - w[j]);
         Part {
             corners: [center, m_ij, q],
             between: [mq, mean(c_ij, c_ki), c_ij],
-            weights: [1.0 - a - to_q, a, to_q],
+            weights,
             changes: [[-3.0, 0.0, 4.0], [3.0, 2.0, -4.0], [3.0, -2.0, 0.0]],
             order,
         }
@@ -109,9 +117,23 @@ impl TriangleSurface for PowellSabin {
     }
 
     fn value(o: &TriangleOrdinates, weights: [f64; 3]) -> Rgb {
-        let Part { corners: [a, b, c], between: [bc, ca, ab], weights: [u, v, w], .. } =
-            PowellSabin::part(o, weights);
-        a * (u * u) + b * (v * v) + c * (w * w) + bc * (2.0 * v * w) + ca * (2.0 * w * u) + ab * (2.0 * u * v)
+        // As `part` has it, the means taken apart.
+        let ([i, j, k], inner, [u, v, w]) = locate(weights);
+        let between = 0.5 * w * w + 2.0 * v * w;
+        let (to_q, to_m) = (w * u, 2.0 * u * v);
+        let near = o[along(i, j)] * (0.5 * v * v + 0.25 * between)
+            + o[along(j, i)] * (0.5 * v * v)
+            + o[along(i, k)] * (0.125 * w * w)
+            + o[middle(i, j)] * (0.75 * between)
+            + o[middle(k, i)] * (0.375 * w * w);
+        if inner {
+            let third = u * u / 3.0;
+            near + o[middle(i, j)] * (third + to_q + to_m)
+                + o[middle(j, k)] * third
+                + o[middle(k, i)] * (third + to_q)
+        } else {
+            near + o[i] * (u * u) + o[along(i, j)] * (to_q + to_m) + o[along(i, k)] * to_q
+        }
     }
 
     fn slopes(o: &TriangleOrdinates, weights: [f64; 3]) -> [Rgb; 2] {

@@ -88,18 +88,12 @@ pub struct RenderArgs {
         help_heading = "Reconstruction"
     )]
     pub reconstruct: ReconstructArg,
-    /// Gradients at the vertices; no use for constant and bilinear
-    #[arg(
-        long,
-        value_enum,
-        value_name = "RULE",
-        default_value = "least-squares",
-        help_heading = "Reconstruction"
-    )]
-    pub gradients: GradientsArg,
-    /// Twists of the bicubic patches of hermite and hermite-limited
-    #[arg(long, value_enum, value_name = "RULE", default_value = "fit", help_heading = "Reconstruction")]
-    pub twists: TwistsArg,
+    /// Gradients at the vertices, of quadratic and the methods after it [default: least-squares]
+    #[arg(long, value_enum, value_name = "RULE", help_heading = "Reconstruction")]
+    pub gradients: Option<GradientsArg>,
+    /// Twists of the bicubic patches of hermite and hermite-limited [default: fit]
+    #[arg(long, value_enum, value_name = "RULE", help_heading = "Reconstruction")]
+    pub twists: Option<TwistsArg>,
     /// Exposure of .png files: 'auto', or stops (display-linear = radiance x 2^EV)
     #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
     pub exposure: Exposure,

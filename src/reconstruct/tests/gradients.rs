@@ -156,7 +156,7 @@ fn rules_answer_on_every_mesh_and_zero_has_no_twist() {
         }
     }
     let (mesh, zero) = (square(4), GradientRule::Zero);
-    let [a, b] = [TwistRule::Zero, TwistRule::Fit].map(|twists| {
+    let [a, b] = [TwistRule::Zero, TwistRule::Adini].map(|twists| {
         let options = ReconstructOptions { gradients: zero, twists, ..Method::Hermite.into() };
         sampled(&mesh, options, &field)
     });

@@ -7,8 +7,8 @@ use crate::geom::DVec3;
 use crate::mesh::{Continuity, Corners, ElementId};
 use crate::scene::{MeshTarget, Scene, Shape, Surface};
 
-mod c0;
 mod continuity;
+mod discontinuities;
 mod exactness;
 mod gradients;
 mod limiter;

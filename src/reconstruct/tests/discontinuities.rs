@@ -1,4 +1,4 @@
-//! C0 edges: one value, derivatives of their own on each side.
+//! C0 edges: one value, derivatives of their own on each side. C-1 edges: a step stays a step.
 
 use proptest::prelude::*;
 
@@ -94,6 +94,45 @@ fn nothing_crosses_a_broken_edge_between_its_ends() {
         if x.y < 0.25 && (x.x - 0.5).abs() < 0.25 {
             let got = r.evaluate(&mesh, at).0[0];
             assert!((got - roof(x)).abs() < 1e-12, "{x}: {got}");
+        }
+    }
+}
+
+#[test]
+fn a_step_along_a_broken_line_inside_a_surface_stays_a_step_in_every_method() {
+    let quad = Shape::Quad([v(0., 0., 0.), v(1., 0., 0.), v(1., 1., 0.), v(0., 1., 0.)]);
+    let scene = crate::mesh::tests::scene(smooth([quad]), MeshTarget::Elements(64));
+    for seed in 0..4 {
+        // The line x = 1/2 is one of edges at every depth.
+        let plain = refined(smooth([scene.surfaces[0].shape.clone()]), 64, seed);
+        let list = shared_edges(&plain)
+            .iter()
+            .filter(|edge| {
+                [0.0, 1.0].iter().all(|along| plain.position(on_edge(&plain, edge.a, *along)).x == 0.5)
+            })
+            .map(|edge| crate::mesh::Discontinuity {
+                element: edge.a.0.0,
+                edge: edge.a.1 as u8,
+                continuity: Continuity::Broken,
+            })
+            .collect::<Vec<_>>();
+        assert!(list.len() >= 8);
+        let mesh = Mesh::build_with(&scene, &plain.subdivision().with_discontinuities(list))
+            .expect("the patches of this scene");
+        let light = |x: f64| if x < 0.5 { 1.0 } else { 5.0 };
+        let middle = |e: ElementId| mesh.position(SurfacePoint { element: e, st: DVec2::splat(0.5) });
+        let mut values = vec![Rgb::BLACK; mesh.vertices.len()];
+        let mut means = Vec::new();
+        for (e, element) in (0..).map(ElementId).zip(&mesh.elements) {
+            means.push(Rgb::splat(light(middle(e).x)));
+            element.corners.vertices().iter().for_each(|v| values[v.0 as usize] = means[e.0 as usize]);
+        }
+        for method in Method::ALL {
+            let r = Reconstruction::new(&mesh, method, &values, &means);
+            for at in places(&mesh) {
+                let (got, expected) = (r.evaluate(&mesh, at).0[0], light(middle(at.element).x));
+                assert!((got - expected).abs() < 1e-12, "{method:?}: {got} for {expected}");
+            }
         }
     }
 }
