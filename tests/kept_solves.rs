@@ -67,6 +67,13 @@ fn solve_killed_at_any_moment_goes_on_to_the_same_file() {
     assert!(kill_and_resume(&args, 5) >= 2);
 }
 
+#[test]
+fn adaptive_solve_killed_at_any_moment_goes_on_on_its_refined_mesh_to_the_same_file() {
+    let box_scene = scene("cornell-box");
+    let args = ["solve", &box_scene, "--elements", "600", "--adaptive", "on", "--unshot", "3e-4"];
+    assert!(kill_and_resume(&args, 8) >= 1);
+}
+
 /// `cargo test --release --test kept_solves -- --ignored --nocapture`
 #[test]
 #[ignore = "a minute and more"]

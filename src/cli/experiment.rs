@@ -1,5 +1,5 @@
-//! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. The
-//! validation of pass 1 and the reconstruction have documents of their own.
+//! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. Those of the
+//! host (validation of pass 1, adaptive meshing, reconstruction) have a document each.
 
 use std::path::{Path, PathBuf};
 
@@ -15,26 +15,21 @@ pub(super) const ALL: &str = "all";
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     // Those of the board, and of the host, which `all` leaves out.
     let host = [experiments::adaptive::EXPERIMENT, experiments::reconstruction::EXPERIMENT, VALIDATION];
-    let is_validation = args.name == VALIDATION.name;
-    let is_reconstruction = args.name == experiments::reconstruction::EXPERIMENT.name;
+    // Those of the host have a document each.
+    let of_host = host.iter().find(|e| args.name == e.name).map(|e| e.name);
     let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);
     let chosen: Vec<Experiment> = of_board.chain(host.into_iter().filter(|e| args.name == e.name)).collect();
     if chosen.is_empty() {
         let names: Vec<&str> = EXPERIMENTS.iter().chain(&host).map(|e| e.name).collect();
         return Err(CliError::Usage(format!("'{}' is none of {}, {ALL}", args.name, names.join(", "))));
     }
-    let default = match args.name.as_str() {
-        _ if is_validation => "docs/validation",
-        _ if is_reconstruction => "docs/reconstruction",
-        _ => "docs/board",
-    };
-    let folder = &args.output.clone().unwrap_or_else(|| PathBuf::from(default));
+    let default = || PathBuf::from("docs").join(of_host.unwrap_or("board"));
+    let folder = &args.output.clone().unwrap_or_else(default);
     std::fs::create_dir_all(folder).map_err(|e| OutputError::Target {
         path: folder.clone(),
         what: format!("cannot make this folder: {e}"),
     })?;
-    let has_document = args.name == ALL || is_validation || is_reconstruction;
-    let document = has_document.then(|| document_of(folder)).transpose()?;
+    let document = (args.name == ALL || of_host.is_some()).then(|| document_of(folder)).transpose()?;
     let plots: Vec<PathBuf> = chosen.iter().map(|e| folder.join(format!("{}.svg", e.name))).collect();
     check_targets(plots.iter().map(PathBuf::as_path).chain(document.as_deref()))?;
 
@@ -61,12 +56,15 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     }
     if let Some(path) = &document {
         let name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let text = if is_validation {
-            experiments::validation_document(&all[0].1, extent, &name)
-        } else if is_reconstruction {
-            experiments::reconstruction_document(&all[0].1, extent, &name)
-        } else {
-            experiments::document(&all, extent, &name)
+        let text = match of_host {
+            Some(host) if host == VALIDATION.name => {
+                experiments::validation_document(&all[0].1, extent, &name)
+            }
+            Some(host) if host == experiments::reconstruction::EXPERIMENT.name => {
+                experiments::reconstruction_document(&all[0].1, extent, &name)
+            }
+            Some(_) => experiments::adaptive_document(&all[0].1, extent, &name),
+            None => experiments::document(&all, extent, &name),
         };
         files.stage(path, text.into_bytes());
         outcome.text += &format!("document   {}\n", path.display());

@@ -36,6 +36,7 @@ fn scene(surfaces: Vec<Surface>, lights: Vec<Light>) -> Scene {
         }],
         surfaces,
         lights,
+        continuity: Vec::new(),
         meshing: Meshing::default(),
         warnings: Vec::new(),
     }

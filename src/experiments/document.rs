@@ -61,6 +61,19 @@ pub fn validation_document(findings: &Findings, extent: Extent, folder: &str) ->
     out
 }
 
+/// The document of adaptive meshing. `folder` is where its plot and rows lie, as seen from the document.
+pub fn adaptive_document(findings: &Findings, extent: Extent, folder: &str) -> String {
+    let flag = extent.pick("", " --quick");
+    let mut out = format!(
+        "# Adaptive meshing: elements for the same error\n\n\
+         Made by `radeng experiment adaptive{flag}` (from the repository's root, whose scenes it reads), which ends with exit status\n\
+         1 when a check fails. Rows as CSV lie in `{folder}/`. How refinement works: the header of `src/radiosity/refine/mod.rs`.\n\
+         `simulate` and `verify` mesh uniformly whatever the scene says.\n\n"
+    );
+    section(&mut out, &super::adaptive::EXPERIMENT, findings, folder);
+    out
+}
+
 /// The document of the reconstruction. `folder` is where its plot, pictures and rows lie, as seen from the document.
 pub fn reconstruction_document(findings: &Findings, extent: Extent, folder: &str) -> String {
     let flag = extent.pick("", " --quick");

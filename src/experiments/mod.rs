@@ -32,7 +32,9 @@ mod tests;
 mod throughput;
 mod validation;
 
-pub use document::{document, reconstruction_document, terminal_text, validation_document};
+pub use document::{
+    adaptive_document, document, reconstruction_document, terminal_text, validation_document,
+};
 use plot::Panel;
 use table::Table;
 

@@ -4,7 +4,7 @@
 //! PassOne::Solve --------------------> radiosity::solve
 //!          Planned: checkpoint, start -> radiosity::solve_on | solve_exactly
 //!          Load ---------------------> solution_file::load
-//! adaptive meshing: refine::refine before a solve; a solution's file brings its subdivision along
+//! adaptive meshing: refine::refine before a solve; a solution's file brings its subdivision along, with its discontinuities
 //! ```
 
 use std::path::PathBuf;
@@ -93,7 +93,6 @@ pub(super) fn pass_1_refined(
     };
     if let Some(remeshed) = found {
         mesh = remeshed;
-        refine::flag_shadow_lines(scene, &mut mesh, caster).map_err(SolveError::from)?;
     } else if let (None, Some(options), true) = (file, options, scene.meshing.adaptive) {
         let progress = &mut |p| progress(Progress::Solve(p));
         let refined = timings.measure("refinement", || {

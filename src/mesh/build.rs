@@ -6,8 +6,10 @@
 //! ```
 //! Two patch edges are one when their ends are the same points and they run in opposite directions; they join when
 //! they belong to one surface side, or to the same side of two surfaces of one non-zero smooth group whose normals
-//! there differ by under 40 degrees. Vertices of joined edges are shared; other surfaces have their own vertices at
+//! there differ by under 40 degrees, or that the scene joins by hand (`[[continuity]]`, which may also part them). Vertices of joined edges are shared; other surfaces have their own vertices at
 //! the same, bitwise equal, position.
+
+use std::collections::{HashMap, HashSet};
 
 use super::grading::{Grading, gradings};
 use super::junctions::{BorderEdge, count_t_junctions};
@@ -16,10 +18,12 @@ use super::split::{NONE, Pieces, facet, split};
 use super::subdivision::{Subdivision, SubdivisionError};
 use super::tessellate::{tessellate, true_normal};
 use super::weld::{DisjointSets, Welder};
-use super::{Corners, Element, ElementId, Mesh, Patch, PatchId, Place, SurfacePatches, Vertex, VertexId};
+use super::{
+    Continuity, Corners, Element, ElementId, Mesh, Patch, PatchId, Place, SurfacePatches, Vertex, VertexId,
+};
 use crate::geom::DVec3;
 use crate::raycast::Facing;
-use crate::scene::{Scene, SurfaceId};
+use crate::scene::{MeshTarget, Meshing, Scene, SurfaceContinuity, SurfaceId};
 
 /// Patches on one edge that are tried as a continuation: a file may put a hundred thousand on it.
 const MAX_FAN: usize = 64;
@@ -67,7 +71,8 @@ fn assemble(scene: &Scene, draft: Draft, mut subdivision: Subdivision) -> Result
         return Err(SubdivisionError::Patches { found, expected });
     }
     let mut sets = DisjointSets::new(draft.points.len());
-    let (across, n_t_junctions) = pair_edges(scene, &draft, &mut sets);
+    let by_hand = ByHand::of(scene);
+    let (across, n_t_junctions) = pair_edges(scene, &by_hand, &draft, &mut sets);
     let Draft { points, patches: uncut, surfaces, n_cast_patches, .. } = draft;
     let (patches, pieces) = loop {
         let mut patches = uncut.clone();
@@ -75,6 +80,9 @@ fn assemble(scene: &Scene, draft: Draft, mut subdivision: Subdivision) -> Result
         let pieces = split(points.clone(), &mut patches, &across, &mut sets, &leaves);
         if pieces.too_coarse.is_empty() {
             break (patches, pieces);
+        }
+        if !subdivision.discontinuities().is_empty() {
+            return Err(SubdivisionError::Unbalanced);
         }
         // A split may make the next neighbour too coarse: rounds until none is, at most one a level.
         let mut flags = vec![false; pieces.elements.len()];
@@ -84,7 +92,7 @@ fn assemble(scene: &Scene, draft: Draft, mut subdivision: Subdivision) -> Result
     let Pieces { mut vertices, elements, hanging, .. } = pieces;
     let (vertex_element_starts, vertex_elements) = rows_around(&vertices, &elements);
     finish_vertices(scene, &patches, &elements, &mut vertices);
-    Ok(Mesh {
+    let mut mesh = Mesh {
         vertices,
         elements,
         patches,
@@ -92,9 +100,63 @@ fn assemble(scene: &Scene, draft: Draft, mut subdivision: Subdivision) -> Result
         n_cast_patches,
         n_t_junctions,
         hanging,
+        discontinuities: Vec::new(),
+        line_vertices: Vec::new(),
         vertex_element_starts,
         vertex_elements,
-    })
+    };
+    by_hand.flag_kinks(&mut mesh);
+    mesh.part(subdivision.discontinuities())?;
+    Ok(mesh)
+}
+
+/// What a scene says by hand of the continuity between its surfaces.
+struct ByHand(HashMap<[SurfaceId; 2], Continuity>);
+
+impl ByHand {
+    fn of(scene: &Scene) -> ByHand {
+        ByHand(scene.continuity.iter().map(|c| (c.between, c.continuity)).collect())
+    }
+
+    fn between(&self, a: SurfaceId, b: SurfaceId) -> Option<Continuity> {
+        if self.0.is_empty() { None } else { self.0.get(&[a.min(b), a.max(b)]).copied() }
+    }
+
+    /// C0 across the edges of elements where two surfaces are said to meet so.
+    fn flag_kinks(&self, mesh: &mut Mesh) {
+        if !self.0.values().any(|c| *c == Continuity::C0) {
+            return;
+        }
+        let surfaces: Vec<SurfaceId> =
+            mesh.elements.iter().map(|e| mesh.patches[e.patch.0 as usize].surface).collect();
+        for (element, own) in mesh.elements.iter_mut().zip(&surfaces) {
+            for (other, continuity) in element.neighbours.iter().zip(&mut element.continuity) {
+                let Some(other) = other.map(|e| surfaces[e.0 as usize]) else { continue };
+                if other != *own && self.between(*own, other) == Some(Continuity::C0) {
+                    *continuity = Continuity::C0;
+                }
+            }
+        }
+    }
+}
+
+/// Pairs of `scene.continuity` whose surfaces share no edge that could join them.
+pub(super) fn apart(scene: &Scene) -> Vec<usize> {
+    let joined = |c: &SurfaceContinuity| SurfaceContinuity { continuity: Continuity::C1, ..*c };
+    // Edges that are one are so however finely they are cut.
+    let meshing = Meshing { target: MeshTarget::Elements(1), ..scene.meshing };
+    let scene =
+        &Scene { continuity: scene.continuity.iter().map(joined).collect(), meshing, ..scene.clone() };
+    let draft = draft(scene, &plan_bounded(scene));
+    let mut sets = DisjointSets::new(draft.points.len());
+    let (across, _) = pair_edges(scene, &ByHand::of(scene), &draft, &mut sets);
+    let surface = |slot: usize| draft.patches[slot / 4].surface;
+    let meet: HashSet<[SurfaceId; 2]> = (0..across.len())
+        .filter(|&slot| across[slot] != NONE)
+        .map(|slot| (surface(slot), surface(across[slot] as usize)))
+        .map(|(a, b)| [a.min(b), a.max(b)])
+        .collect();
+    (0..scene.continuity.len()).filter(|&i| !meet.contains(&scene.continuity[i].between)).collect()
 }
 
 fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
@@ -168,7 +230,7 @@ impl Draft {
 }
 
 impl Corners {
-    fn map(self, f: impl Fn(VertexId) -> VertexId) -> Corners {
+    pub(super) fn map(self, f: impl Fn(VertexId) -> VertexId) -> Corners {
         match self {
             Corners::Triangle(v) => Corners::Triangle(v.map(f)),
             Corners::Quad(v) => Corners::Quad(v.map(f)),
@@ -185,7 +247,7 @@ impl Corners {
 /// Finds what lies across each patch edge; joins the corners of smooth pairs; counts T-junctions of the rest.
 ///
 /// Entry `4 p + e` is `4 q + f` of the patch edge across, or `NONE`.
-fn pair_edges(scene: &Scene, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32>, usize) {
+fn pair_edges(scene: &Scene, by_hand: &ByHand, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32>, usize) {
     let patches = &draft.patches;
     let mut table = Vec::with_capacity(4 * patches.len());
     for (p, patch) in patches.iter().enumerate() {
@@ -210,7 +272,7 @@ fn pair_edges(scene: &Scene, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32
                 .iter()
                 .take(MAX_FAN)
                 .filter(free)
-                .filter_map(|b| smoothness(scene, draft, a, b).map(|c| (c, b)))
+                .filter_map(|b| smoothness(scene, by_hand, draft, a, b).map(|c| (c, b)))
                 .reduce(|best, next| if next.0 > best.0 { next } else { best });
             let Some((_, b)) = best else { continue };
             across[slot_a] = 4 * b.patch + b.edge;
@@ -233,9 +295,9 @@ fn pair_edges(scene: &Scene, draft: &Draft, sets: &mut DisjointSets) -> (Vec<u32
     (across, count_t_junctions(&border, weld_tolerance_m(scene)))
 }
 
-/// How well patch edge `b` continues patch edge `a` (2 inside a surface, else the cosine between the normals), or
-/// `None` where the surface breaks.
-fn smoothness(scene: &Scene, draft: &Draft, a: &EdgeRecord, b: &EdgeRecord) -> Option<f64> {
+/// How well patch edge `b` continues patch edge `a` (2 inside a surface, 1.5 by hand, else the cosine between the
+/// normals), or `None` where the surface breaks.
+fn smoothness(scene: &Scene, by_hand: &ByHand, draft: &Draft, a: &EdgeRecord, b: &EdgeRecord) -> Option<f64> {
     let (p, q) = (&draft.patches[a.patch as usize], &draft.patches[b.patch as usize]);
     if a.patch == b.patch || p.side != q.side {
         return None;
@@ -246,18 +308,24 @@ fn smoothness(scene: &Scene, draft: &Draft, a: &EdgeRecord, b: &EdgeRecord) -> O
         return (a0 == b1 && a1 == b0).then_some(2.0);
     }
     let at = |v: VertexId| draft.position_ids[v.0 as usize];
+    if at(a0) != at(b1) || at(a1) != at(b0) {
+        return None;
+    }
     let group = scene.surfaces[p.surface.0 as usize].smooth_group;
     let cos = p.normal.dot(q.normal);
-    let joins = group != 0
-        && group == scene.surfaces[q.surface.0 as usize].smooth_group
-        && at(a0) == at(b1)
-        && at(a1) == at(b0)
-        && cos > COS_SMOOTH;
-    joins.then_some(cos)
+    match by_hand.between(p.surface, q.surface) {
+        Some(Continuity::Broken) => None,
+        // Before all that only smooth groups join.
+        Some(Continuity::C1 | Continuity::C0) => Some(1.5),
+        None => {
+            let same = group != 0 && group == scene.surfaces[q.surface.0 as usize].smooth_group;
+            (same && cos > COS_SMOOTH).then_some(cos)
+        }
+    }
 }
 
 /// Compressed rows of the elements around each vertex, in rising order.
-fn rows_around(vertices: &[Vertex], elements: &[Element]) -> (Vec<u32>, Vec<ElementId>) {
+pub(super) fn rows_around(vertices: &[Vertex], elements: &[Element]) -> (Vec<u32>, Vec<ElementId>) {
     let mut starts = vec![0_u32; vertices.len() + 1];
     for v in elements.iter().flat_map(|e| e.corners.vertices()) {
         starts[v.0 as usize + 1] += 1;

@@ -11,6 +11,8 @@
 //! is cut, 2 x 2 at first (an imported face that is small already stays whole), and the same scene meshed by another
 //! one has the same patches, so that a caster made before a refinement serves after it.
 //!
+//! An edge inside a continuity group may be flagged C0 or C-1 ([`Discontinuity`]): a C-1 line parts the vertices on it.
+//!
 //! Balance is 2:1: over an edge lie at most two elements. Where two lie, the vertex between them hangs on the edge
 //! of the coarse one ([`Hanging`]): only the fine ones have it as a corner.
 
@@ -23,10 +25,13 @@ use crate::raycast::{CastPatch, Facing};
 use crate::scene::{Scene, SurfaceId};
 
 mod build;
+mod discontinuity;
 mod faces;
 mod grading;
 mod inverse;
 mod junctions;
+mod locator;
+mod nodes;
 mod plan;
 mod split;
 mod subdivision;
@@ -35,6 +40,9 @@ mod tessellate;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use crate::scene::Continuity;
+pub use discontinuity::Discontinuity;
+pub(crate) use locator::Locator;
 pub use subdivision::{MAX_LEVEL, Place, Subdivision, SubdivisionError};
 
 /// Abscissae of the two-point Gauss rule on [0, 1]: (1 -+ 1/sqrt 3) / 2.
@@ -71,6 +79,10 @@ pub struct Mesh {
     /// Vertices on the middle of a coarser element's edge, coarse to fine: what one takes from its coarse edge never
     /// depends on a later one.
     pub hanging: Vec<Hanging>,
+    /// Edges inside continuity groups across which less continues, as asked for.
+    discontinuities: Vec<Discontinuity>,
+    /// Vertices that broken lines part, in rising order.
+    line_vertices: Vec<VertexId>,
     /// Compressed rows: elements around vertex v are `around[starts[v]..starts[v + 1]]`.
     vertex_element_starts: Vec<u32>,
     vertex_elements: Vec<ElementId>,
@@ -83,19 +95,8 @@ pub struct Vertex {
     pub position: DVec3,
     /// Unit normal of the surface here (mean over its continuity group).
     pub normal: DVec3,
-    /// From the vertex to the mean of its elements' centroids (m): the way in from a border.
+    /// From the vertex to the mean of its elements' centroids (m): the way in from a border or a line.
     pub inward: DVec3,
-}
-
-/// How reconstruction may join two elements across an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Continuity {
-    /// Value and gradient continue.
-    C1,
-    /// The value continues, the gradient may break.
-    C0,
-    /// Nothing continues (border, crease).
-    Broken,
 }
 
 /// Corners of a patch or element: 3 or 4 vertices, counter-clockwise seen from the front.
@@ -218,7 +219,8 @@ impl Mesh {
     }
 
     /// Meshes a scene with the patches of [`Mesh::build`], each cut as `subdivision` says and further where the balance
-    /// of 2:1 needs it. `build_with(scene, &mesh.subdivision())` is `mesh` again, bit for bit.
+    /// of 2:1 needs it, and parted where it says that less continues. `build_with(scene, &mesh.subdivision())` is `mesh`
+    /// again, bit for bit.
     ///
     /// # Errors
     /// When the subdivision is damaged or not one of this scene's patches.
@@ -226,7 +228,7 @@ impl Mesh {
         build::build_with(scene, subdivision)
     }
 
-    /// How the patches are cut.
+    /// How the patches are cut, and where less continues.
     pub fn subdivision(&self) -> Subdivision {
         // An element is the first of each node above it that it begins.
         let mut next = self.elements.iter().peekable();
@@ -237,6 +239,13 @@ impl Mesh {
             }
             !leaf
         })
+        .with_discontinuities(self.discontinuities.clone())
+    }
+
+    /// Entries of `scene.continuity` whose surfaces share no edge along which they could join: the same ends, and both
+    /// fronts (or backs) on one side.
+    pub fn continuity_without_edge(scene: &Scene) -> Vec<usize> {
+        build::apart(scene)
     }
 
     /// How many elements the scene's `meshing` keys ask for, backs included, without building anything.
@@ -281,7 +290,7 @@ impl Mesh {
         // One node of the quadtree after another, with the elements in it, down to a single one.
         while n > 1 {
             let quarter;
-            (quarter, st) = quarter_of(&patch.corners, st);
+            (quarter, st) = quarter_of(matches!(patch.corners, Corners::Triangle(_)), st);
             place = place.quarter(quarter);
             let rest = &own[first..first + n];
             first += rest.partition_point(|e| e.place < place);
@@ -391,6 +400,8 @@ impl Mesh {
             + self.patches.capacity() * size_of::<Patch>()
             + self.surfaces.capacity() * size_of::<SurfacePatches>()
             + self.hanging.capacity() * size_of::<Hanging>()
+            + self.discontinuities.capacity() * size_of::<Discontinuity>()
+            + self.line_vertices.capacity() * size_of::<VertexId>()
             + self.vertex_element_starts.capacity() * size_of::<u32>()
             + self.vertex_elements.capacity() * size_of::<ElementId>()
     }
@@ -415,16 +426,16 @@ fn bilinear([a, b, c, d]: [DVec3; 4], DVec2 { x: s, y: t }: DVec2) -> DVec3 {
     (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * d + s * c)
 }
 
-/// Which quarter of a cell with these corners (s,t) lies in, and (s,t) of that quarter.
-fn quarter_of(corners: &Corners, st: DVec2) -> (u32, DVec2) {
+/// Which quarter of a triangle or quad (s,t) lies in, and (s,t) of that quarter.
+fn quarter_of(is_triangle: bool, st: DVec2) -> (u32, DVec2) {
     let DVec2 { x: s, y: t } = 2.0 * st;
-    match corners {
+    match is_triangle {
         // In the order of the split: at corners 0, 1, 2, then the middle, which is upside down.
-        Corners::Triangle(_) if s + t <= 1.0 => (0, DVec2::new(s, t)),
-        Corners::Triangle(_) if s >= 1.0 => (1, DVec2::new(s - 1.0, t)),
-        Corners::Triangle(_) if t >= 1.0 => (2, DVec2::new(s, t - 1.0)),
-        Corners::Triangle(_) => (3, DVec2::new(1.0 - s, 1.0 - t)),
-        Corners::Quad(_) => {
+        true if s + t <= 1.0 => (0, DVec2::new(s, t)),
+        true if s >= 1.0 => (1, DVec2::new(s - 1.0, t)),
+        true if t >= 1.0 => (2, DVec2::new(s, t - 1.0)),
+        true => (3, DVec2::new(1.0 - s, 1.0 - t)),
+        false => {
             let half = DVec2::new(f64::from(s > 1.0), f64::from(t > 1.0));
             (2 * half.y as u32 + half.x as u32, DVec2::new(s, t) - half)
         }

@@ -7,17 +7,18 @@
 //! ceil(l / h0) elements, rounded up to even, so that a patch is 2 x 2 elements. Opposite edges of a quad form a
 //! class, all edges of a triangle another; classes that meet along a coincident edge share the largest count, so
 //! closed rooms have no T-junctions. A flat element's sides differ by at most 2 to 1: the longer is cut further, in
-//! its own smooth group only, and never beyond [`MAX_ASPECT_PATCHES`], which keeps slivers affordable.
+//! its own smooth group (and what is joined to it by hand) only, and never beyond [`MAX_ASPECT_PATCHES`], which keeps slivers affordable.
 //! Triangles take their count from the second longest edge (the longest under `max_element_m`): the longest is at
 //! most twice as long, and a wall of two triangles then gets the elements of a wall of one quad, halved.
 //! Curved surfaces have a least count that keeps their area within 0.1 %, and no aspect rule.
 
+use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
 
 use super::faces::FaceGrid;
 use super::weld::{DisjointSets, Welder};
 use crate::geom::{Aabb, DVec3};
-use crate::scene::{FaceSet, MAX_ELEMENTS, MeshTarget, Scene, Shape, Surface};
+use crate::scene::{Continuity, FaceSet, MAX_ELEMENTS, MeshTarget, Scene, Shape, Surface, SurfaceId};
 
 /// Patches that the aspect rule may put along an edge, unless h0 asks for more.
 const MAX_ASPECT_PATCHES: u64 = 32;
@@ -236,7 +237,13 @@ fn flat_counts(scene: &Scene, size_m: f64, face_size_m: f64) -> Vec<u64> {
         first_class += n_face_classes(set, cut);
     }
     edges.sort_unstable();
-    let group_of = |class: usize| if class < n_flat { scene.surfaces[class / 2].smooth_group } else { 0 };
+    let by_hand: HashSet<[SurfaceId; 2]> =
+        scene.continuity.iter().filter(|c| c.continuity != Continuity::Broken).map(|c| c.between).collect();
+    let continues = |a: usize, b: usize| {
+        let group_of = |class: usize| scene.surfaces[class / 2].smooth_group;
+        let (one, other) = (SurfaceId(a as u32 / 2), SurfaceId(b as u32 / 2));
+        group_of(a) != 0 && group_of(a) == group_of(b) || by_hand.contains(&[one.min(other), one.max(other)])
+    };
     let mut touching = DisjointSets::new(n_classes);
     // Opposite edges of a quad that becomes a grid go together.
     let mut first_face = n_flat;
@@ -253,9 +260,9 @@ fn flat_counts(scene: &Scene, size_m: f64, face_size_m: f64) -> Vec<u64> {
         for next in pair.windows(2) {
             touching.union(next[0].2 as u32, next[1].2 as u32);
         }
-        let grouped: Vec<usize> = pair.iter().map(|e| e.2).filter(|&class| group_of(class) != 0).collect();
-        for (k, &a) in grouped.iter().enumerate() {
-            for &b in grouped[k + 1..].iter().filter(|&&b| group_of(a) == group_of(b)) {
+        let flat: Vec<usize> = pair.iter().map(|e| e.2).filter(|&class| class < n_flat).collect();
+        for (k, &a) in flat.iter().enumerate() {
+            for &b in flat[k + 1..].iter().filter(|&&b| continues(a, b)) {
                 smooth.union(a as u32, b as u32);
             }
         }

@@ -1,4 +1,4 @@
-//! How every patch is cut into elements: a quadtree a patch, as one row of bits.
+//! How every patch is cut into elements: a quadtree a patch, as one row of bits; and where less than C1 continues.
 //!
 //! ```text
 //! node --pre-order--> 1 = split, its four quarters follow; 0 = an element        2 x 2 elements: 1 0 0 0 0
@@ -8,6 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Discontinuity;
 use crate::scene::MAX_ELEMENTS;
 
 /// Deepest level of an element under its patch.
@@ -69,6 +70,8 @@ pub struct Subdivision {
     n_bits: u64,
     /// Bit i in word i / 64, low bits first; the rest of the last word is 0.
     words: Vec<u64>,
+    /// Edges of its elements across which less continues.
+    discontinuities: Vec<Discontinuity>,
 }
 
 /// Why a subdivision is none, or not one of this scene.
@@ -98,6 +101,17 @@ pub enum SubdivisionError {
         /// Which patch.
         patch: u32,
     },
+    /// A discontinuity where no edge is, or that is none.
+    #[error("no discontinuity is possible on edge {edge} of element {element}")]
+    Edge {
+        /// Which element.
+        element: u32,
+        /// Which edge of it.
+        edge: u8,
+    },
+    /// Discontinuities on elements that the balance of 2:1 has to split.
+    #[error("discontinuities on trees that are not balanced 2:1")]
+    Unbalanced,
     /// Over four times the largest mesh that a scene may ask for.
     #[error("over {MAX_LEAVES} elements")]
     TooMany,
@@ -106,7 +120,7 @@ pub enum SubdivisionError {
 impl Subdivision {
     /// The trees of `n_patches` patches in which exactly the nodes that `is_split` names are split.
     pub fn new(n_patches: u32, mut is_split: impl FnMut(u32, Place) -> bool) -> Subdivision {
-        let mut made = Subdivision { n_patches, n_bits: 0, words: Vec::new() };
+        let mut made = Subdivision { n_patches, n_bits: 0, words: Vec::new(), discontinuities: Vec::new() };
         let mut open = Vec::new();
         for patch in 0..n_patches {
             open.push(Place::ROOT);
@@ -132,6 +146,16 @@ impl Subdivision {
         self.n_bits += 1;
     }
 
+    /// The same elements, with less than C1 across these edges of theirs, and no others.
+    pub fn with_discontinuities(self, discontinuities: Vec<Discontinuity>) -> Subdivision {
+        Subdivision { discontinuities, ..self }
+    }
+
+    /// Edges of its elements across which less than C1 continues.
+    pub fn discontinuities(&self) -> &[Discontinuity] {
+        &self.discontinuities
+    }
+
     /// How many patches it subdivides.
     pub fn n_patches(&self) -> u32 {
         self.n_patches
@@ -146,6 +170,7 @@ impl Subdivision {
     /// Memory that it holds (bytes).
     pub fn memory_bytes(&self) -> usize {
         self.words.capacity() * size_of::<u64>()
+            + self.discontinuities.capacity() * size_of::<Discontinuity>()
     }
 
     /// Elements of all patches, patch by patch in order.
@@ -192,13 +217,18 @@ impl Subdivision {
         Ok(leaves)
     }
 
-    /// The same with some elements split once more.
+    /// The same with some elements split once more; without discontinuities, which lie on the elements that were.
     ///
     /// # Panics
     /// When `split` has not one flag an element.
     pub fn split(&self, split: &[bool]) -> Subdivision {
         assert_eq!(split.len() as u64, self.n_elements(), "one flag an element");
-        let mut made = Subdivision { n_patches: self.n_patches, n_bits: 0, words: Vec::new() };
+        let mut made = Subdivision {
+            n_patches: self.n_patches,
+            n_bits: 0,
+            words: Vec::new(),
+            discontinuities: Vec::new(),
+        };
         let mut flags = split.iter();
         for at in 0..self.n_bits {
             let node = self.words[(at / 64) as usize] >> (at % 64) & 1 == 1;
@@ -240,7 +270,8 @@ mod tests {
         assert!(matches!(dirty.leaves(), Err(SubdivisionError::Bits { .. })));
         let many = Subdivision { n_bits: u64::MAX, n_patches: u32::MAX, ..good.clone() };
         assert!(matches!(many.leaves(), Err(SubdivisionError::Bits { .. })));
-        let deep = Subdivision { n_patches: 1, n_bits: 64, words: vec![u64::MAX] };
+        let deep =
+            Subdivision { n_patches: 1, n_bits: 64, words: vec![u64::MAX], discontinuities: Vec::new() };
         assert_eq!(deep.leaves(), Err(SubdivisionError::TooDeep { patch: 0 }));
     }
 

@@ -36,6 +36,7 @@ pub(crate) fn scene(surfaces: Vec<Surface>, target: MeshTarget) -> Scene {
         materials: vec![grey],
         surfaces,
         lights: Vec::new(),
+        continuity: Vec::new(),
         meshing: Meshing { target, ..Meshing::default() },
         warnings: Vec::new(),
     }
@@ -102,7 +103,8 @@ pub(crate) fn check(mesh: &Mesh) -> (usize, usize, usize) {
     }
     for list in edges.values() {
         assert!(list.len() <= 2, "an edge of {} elements", list.len());
-        if list.len() == 2 {
+        // Both ends of a broken edge may be dead ends of its line.
+        if list.len() == 2 && mesh.discontinuities().is_empty() {
             assert!(list.iter().all(|&(e, k)| mesh.elements[e].neighbours[k].is_some()));
         }
     }

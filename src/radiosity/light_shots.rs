@@ -12,8 +12,8 @@ use super::form_factors::{StrayShares, stray};
 use super::lights;
 use super::receivers::Receivers;
 use crate::geom::Ray;
-use crate::mesh::Mesh;
-use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::mesh::{ElementId, Mesh, VertexId};
+use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::scene::Light;
 use crate::units::Rgb;
 
@@ -45,35 +45,20 @@ pub(super) fn shoot(
     let lit: Vec<usize> = (0..irradiance.len()).filter(|&i| !irradiance[i].is_black()).collect();
     let mut n_rays = lit.len() as u64;
     if !lit.is_empty() {
-        let blocked = match *light {
-            Light::Point { position, .. } | Light::Spot { position, .. } => {
-                let bundles: Vec<RayBundle> = lit
-                    .chunks(MAX_BUNDLE_RAYS)
-                    .map(|chunk| RayBundle::Targets {
-                        apex: position,
-                        points: chunk.iter().map(|&i| receivers.all[i].target).collect(),
-                    })
-                    .collect();
-                caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?
-            }
-            Light::Directional { direction, .. } => {
-                let rays: Vec<Ray> = lit
-                    .iter()
-                    .map(|&i| Ray::unbounded(receivers.all[i].target, DVec3::ZERO - direction))
-                    .collect();
-                caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?
-            }
-        };
-        for (&i, blocked) in lit.iter().zip(blocked) {
-            if blocked {
-                irradiance[i] = Rgb::BLACK;
+        let targets: Vec<DVec3> = lit.iter().map(|&i| receivers.all[i].target).collect();
+        let blocked = lights::blocked(light, &targets, caster)?;
+        let mut arrives = vec![false; irradiance.len()];
+        lit.iter().zip(blocked).for_each(|(&i, blocked)| arrives[i] = !blocked);
+        n_rays += settle_lines(mesh, receivers.n_gauss(), light, &irradiance, &mut arrives, caster)?;
+        for (e, arrives) in irradiance.iter_mut().zip(arrives) {
+            if !arrives {
+                *e = Rgb::BLACK;
             }
         }
     }
-    let starts = &receivers.element_starts;
     let elements: Vec<Rgb> = (0..receivers.n_elements())
         .map(|e| {
-            let points = starts[e] as usize..starts[e + 1] as usize;
+            let points = receivers.points_of(e);
             points.map(|i| irradiance[i] * receivers.all[i].weight).sum()
         })
         .collect();
@@ -89,4 +74,35 @@ pub(super) fn shoot(
     }
     let vertices = irradiance.split_off(receivers.n_gauss());
     Ok(LightShot { elements, vertices, power_w, stray: shares, n_rays })
+}
+
+/// Lets each side of a broken line see a light as the centroids of its elements do: the line that an edge stands for may run
+/// beside it, and then a ray to a vertex on that edge tells of the other side. How many rays that took.
+fn settle_lines(
+    mesh: &Mesh,
+    n_gauss: usize,
+    light: &Light,
+    unoccluded: &[Rgb],
+    arrives: &mut [bool],
+    caster: &mut dyn RayCaster,
+) -> Result<u64, CastError> {
+    let lit = |v: &&VertexId| !unoccluded[n_gauss + v.0 as usize].is_black();
+    let vertices: Vec<VertexId> = mesh.line_vertices().iter().filter(lit).copied().collect();
+    let mut elements: Vec<ElementId> =
+        vertices.iter().flat_map(|v| mesh.elements_around(*v)).copied().collect();
+    elements.sort_unstable();
+    elements.dedup();
+    if elements.is_empty() {
+        return Ok(0);
+    }
+    let offset_m = caster.surface_offset_m();
+    let target = |e: &ElementId| mesh.centroid(*e) + offset_m * mesh.elements[e.0 as usize].normal;
+    let targets: Vec<DVec3> = elements.iter().map(target).collect();
+    let blocked = lights::blocked(light, &targets, caster)?;
+    for v in vertices {
+        let around = mesh.elements_around(v);
+        let n_lit = around.iter().filter(|e| elements.binary_search(e).is_ok_and(|i| !blocked[i])).count();
+        arrives[n_gauss + v.0 as usize] = 2 * n_lit >= around.len();
+    }
+    Ok(elements.len() as u64)
 }

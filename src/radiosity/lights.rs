@@ -10,6 +10,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use crate::geom::Ray;
+use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 use crate::scene::Light;
 use crate::units::Rgb;
 
@@ -27,6 +29,26 @@ pub fn irradiance(light: &Light, point: DVec3, normal: DVec3) -> Rgb {
             }
         }
         Light::Directional { direction, irradiance } => irradiance * (-direction.dot(normal)).max(0.0),
+    }
+}
+
+/// Which places (m) a light does not shine at because something is in the way, by one ray each.
+///
+/// # Errors
+/// When the caster fails.
+pub fn blocked(light: &Light, places: &[DVec3], caster: &mut dyn RayCaster) -> Result<Vec<bool>, CastError> {
+    match *light {
+        _ if places.is_empty() => Ok(Vec::new()),
+        Light::Point { position, .. } | Light::Spot { position, .. } => {
+            let bundle = |points: &[DVec3]| RayBundle::Targets { apex: position, points: points.to_vec() };
+            let bundles: Vec<RayBundle> = places.chunks(MAX_BUNDLE_RAYS).map(bundle).collect();
+            caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))
+        }
+        Light::Directional { direction, .. } => {
+            let rays: Vec<Ray> =
+                places.iter().map(|place| Ray::unbounded(*place, DVec3::ZERO - direction)).collect();
+            caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))
+        }
     }
 }
 

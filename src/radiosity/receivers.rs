@@ -93,6 +93,11 @@ impl Receivers {
         self.element_starts.last().map_or(0, |n| *n as usize)
     }
 
+    /// The quadrature points of an element.
+    pub(super) fn points_of(&self, element: usize) -> std::ops::Range<usize> {
+        self.element_starts[element] as usize..self.element_starts[element + 1] as usize
+    }
+
     pub(super) fn n_elements(&self) -> usize {
         self.element_starts.len() - 1
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! frame of framed_file.rs, magic "RADSOL\r\n"; its body, sections one behind the other, each in postcard's encoding:
 //!   GEOM   hash of the mesh; numbers of its elements, vertices, patches
-//!   TREE   how the patches are cut into elements                            -> Subdivision
+//!   TREE   how the patches are cut into elements, where less than C1 continues -> Subdivision
 //!   LITE   emission and reflection of every surface, lights                 -> Lighting
 //!   OPTS   options that it was solved with                                  -> SolveOptions
 //!   FACT   energy account, counts, errors of the form factors               -> Facts
@@ -25,7 +25,7 @@ use crate::mesh::{Mesh, Subdivision};
 use crate::scene::Scene;
 
 /// The kind of these files.
-const KIND: Kind = Kind { magic: *b"RADSOL\r\n", version: 3, name: "a solution file", sectioned: true };
+const KIND: Kind = Kind { magic: *b"RADSOL\r\n", version: 4, name: "a solution file", sectioned: true };
 
 /// Why a solution file was not written or not read.
 #[derive(Debug, thiserror::Error)]

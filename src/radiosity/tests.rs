@@ -41,6 +41,7 @@ pub(super) fn scene(
         materials,
         surfaces,
         lights,
+        continuity: Vec::new(),
         meshing: Meshing { target: MeshTarget::Elements(elements), ..Meshing::default() },
         warnings: Vec::new(),
     }

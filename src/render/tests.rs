@@ -37,6 +37,7 @@ fn scene(materials: Vec<Material>, surfaces: Vec<Surface>) -> Scene {
         materials,
         surfaces,
         lights: Vec::new(),
+        continuity: Vec::new(),
         meshing: Meshing::default(),
         warnings: Vec::new(),
     }

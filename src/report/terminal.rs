@@ -282,6 +282,26 @@ fn refinement_lines(out: &mut String, r: &RefineReport) {
     if r.lines.skipped {
         line(out, "", format_args!("shadow lines: not looked for, too many edges and patches"));
     }
+    if r.lines.n_penumbra_segments > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "borders of penumbras: {} segments on patches, {} element edges stand for them (C0)",
+                r.lines.n_penumbra_segments, r.lines.n_c0_edges
+            ),
+        );
+    }
+    if r.lines.n_emitters_skipped > 0 {
+        line(
+            out,
+            "",
+            format_args!(
+                "borders of penumbras: {} emitting surfaces not looked at (weaker, curved, or too many edges)",
+                r.lines.n_emitters_skipped
+            ),
+        );
+    }
 }
 
 fn pass_1_lines(out: &mut String, r: &PassOneReport) {

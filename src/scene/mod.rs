@@ -15,12 +15,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::units::Rgb;
 
+mod continuity;
 mod error;
 pub(crate) mod faces;
 mod import;
 mod shape;
 mod toml;
 
+pub use continuity::{Continuity, SurfaceContinuity};
 pub use error::{Place, SceneError};
 pub use faces::{FaceCounts, FaceSet, MAX_FACES};
 pub use import::MAX_MODEL_BYTES;
@@ -46,6 +48,8 @@ pub struct Scene {
     pub surfaces: Vec<Surface>,
     /// Lights without area.
     pub lights: Vec<Light>,
+    /// What was said by hand of the continuity between surfaces; no pair twice.
+    pub continuity: Vec<SurfaceContinuity>,
     /// How finely to mesh.
     pub meshing: Meshing,
     /// What the user should know but what is no error (shown on stderr).
@@ -167,6 +171,35 @@ pub enum Light {
         /// Irradiance on a plane that faces it (W/m^2).
         irradiance: Rgb,
     },
+}
+
+impl Light {
+    /// Its intensity (W/sr), or irradiance (W/m^2) where it is parallel.
+    pub fn strength(&self) -> Rgb {
+        match *self {
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
+            Light::Directional { irradiance, .. } => irradiance,
+        }
+    }
+
+    /// The same light of another strength.
+    pub fn with_strength(mut self, strength: Rgb) -> Light {
+        match &mut self {
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity = strength,
+            Light::Directional { irradiance, .. } => *irradiance = strength,
+        }
+        self
+    }
+
+    /// The same light with its strength times `k`, by channel.
+    pub fn scaled(&self, k: Rgb) -> Light {
+        self.with_strength(self.strength() * k)
+    }
+
+    /// The two differ in their strength alone.
+    pub fn shines_like(&self, other: &Light) -> bool {
+        self.with_strength(Rgb::BLACK) == other.with_strength(Rgb::BLACK)
+    }
 }
 
 /// How finely surfaces are cut into elements.

@@ -122,12 +122,70 @@ fn mesh(name: &'static str, lines: &str, words: &'static [&'static str]) -> Malf
     text(name, &format!("{VALID}\n{lines}"), words)
 }
 
+/// The valid scene with a wall that has edges in common with floor and ceiling, and a continuity.
+fn continuity(name: &'static str, lines: &str, words: &'static [&'static str]) -> Malformed {
+    let wall = "[[surface]]\nname = \"west\"\nmaterial = \"wall\"\n\
+                quad = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]\n";
+    text(name, &format!("{VALID}\n{wall}[[continuity]]\n{lines}"), words)
+}
+
 /// All of them.
 pub fn cases() -> Vec<Malformed> {
-    [files(), keys_and_types(), numbers(), shapes(), names(), materials(), cameras_and_lights(), meshing()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        files(),
+        keys_and_types(),
+        numbers(),
+        shapes(),
+        names(),
+        materials(),
+        cameras_and_lights(),
+        meshing(),
+        continuities(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn continuities() -> Vec<Malformed> {
+    vec![
+        continuity(
+            "continuity with an unknown surface",
+            "between = [\"floor\", «\"wets\"]\nis = \"C0\"",
+            &["unknown surface \"wets\"", "did you mean \"west\"?"],
+        ),
+        continuity(
+            "continuity of a surface with itself",
+            "between = «[\"floor\", \"floor\"]\nis = \"C0\"",
+            &["\"floor\" and \"floor\"", "two different surfaces"],
+        ),
+        continuity(
+            "continuity between three surfaces",
+            "between = «[\"floor\", \"west\", \"ceiling\"]\nis = \"C0\"",
+            &["3 values", "expected 2"],
+        ),
+        continuity(
+            "continuity of a pair twice, the second time the other way round",
+            "between = [\"floor\", \"west\"]\nis = \"C0\"\n\
+             [[continuity]]\nbetween = «[\"west\", \"floor\"]\nis = \"C1\"",
+            &["second continuity", "\"west\" and \"floor\"", "line 39"],
+        ),
+        continuity(
+            "continuity of an unknown kind",
+            "between = [\"floor\", \"west\"]\nis = «\"C2\"",
+            &["\"C2\"", "\"C1\", \"C0\" or \"C-1\""],
+        ),
+        continuity(
+            "continuity between surfaces without a common edge",
+            "between = «[\"floor\", \"ceiling\"]\nis = \"C1\"",
+            &["\"floor\" and \"ceiling\" share no edge"],
+        ),
+        mesh(
+            "continuity without its kind",
+            "«[[continuity]]\nbetween = [\"floor\", \"ceiling\"]",
+            &["missing key `is`"],
+        ),
+    ]
 }
 
 fn files() -> Vec<Malformed> {

@@ -1,9 +1,9 @@
 //! Errors of meshes and solutions against a dense reference, and the best that any quadtree could do.
 //!
 //! ```text
-//! dense reference --means of its elements--> samples (point, side, Y)          rays find each in the patches of a mesh
+//! dense reference --means of its elements--> samples (point, patch, Y): patches are those of every mesh
 //! mesh, solution --reconstruction--> Y at the samples --> relative L2 = sqrt(sum w ((Y - Y_ref) / mean_s)^2 / sum w)
-//! reference values at the vertices of a full quadtree --pruning for error + price x elements--> the bound
+//! reference values at the vertices of a full quadtree --pruning for squared error + price x elements--> the bound
 //! ```
 //! Luminance of the whole irradiance, direct and indirect, over the mean of its surface, weighted by area, all surfaces.
 //! The bound knows the reference's values and needs no balance; ours pays for both.
@@ -11,13 +11,13 @@
 //! Source of the pruning: Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
-use crate::geom::{Aabb, DVec3, Ray};
-use crate::mesh::{Corners, Mesh, PatchId, Place, Subdivision};
-use crate::radiosity::refine::{RefineOptions, RefineReport, corner, solve_adaptive};
+use crate::geom::DVec3;
+use crate::mesh::{Corners, Mesh, PatchId, Place, Subdivision, VertexId};
+use crate::radiosity::refine::{RefineOptions, RefineReport, solve_adaptive};
 use crate::radiosity::{Solution, SolveError, SolveOptions, solve};
 use crate::raycast::software::SoftwareCaster;
-use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::reconstruct::{Method, Reconstruction};
 use crate::scene::{MeshTarget, Scene};
 use crate::units::Rgb;
@@ -27,8 +27,8 @@ use crate::units::Rgb;
 pub struct Sample {
     /// Where (m).
     pub point: DVec3,
-    /// Unit normal of its side.
-    pub normal: DVec3,
+    /// The patch that it lies on: all meshes that are compared have the same patches.
+    pub patch: PatchId,
     /// Index of its surface.
     pub surface: u32,
     /// Area that it stands for (m^2).
@@ -45,7 +45,6 @@ pub struct Reference {
     pub means: Vec<f64>,
     mesh: Mesh,
     field: Reconstruction,
-    caster: SoftwareCaster,
 }
 
 /// A mesh with its solution.
@@ -65,8 +64,6 @@ pub struct Errors {
     pub constant: f64,
     /// Of bilinear reconstruction.
     pub bilinear: f64,
-    /// Of Hermite reconstruction.
-    pub hermite: f64,
 }
 
 fn luminances(solution: &Solution) -> (Vec<Rgb>, Vec<Rgb>) {
@@ -152,7 +149,7 @@ impl Reference {
                 let corners = mesh.polygon(&element.corners);
                 Sample {
                     point: corners.iter().sum::<DVec3>() / corners.len() as f64,
-                    normal: element.normal,
+                    patch: element.patch,
                     surface: surface(e),
                     area_m2: element.area_m2,
                     relative: solution.element_irradiance[e].total().luminance() / means[surface(e) as usize],
@@ -161,48 +158,34 @@ impl Reference {
             .collect();
         let (vertex, element) = luminances(solution);
         let field = Reconstruction::new(&mesh, Method::Bilinear, &vertex, &element);
-        let caster = SoftwareCaster::new(mesh.cast_patches());
-        Reference { samples, means, mesh, field, caster }
+        Reference { samples, means, mesh, field }
     }
 
-    /// Relative L2 errors of a mesh's solution; `patches` as [`found_in`] gives them.
-    pub fn errors(&self, meshed: &Meshed, patches: &[Option<PatchId>]) -> Errors {
+    /// Relative L2 errors of a mesh's solution.
+    ///
+    /// # Panics
+    /// When the mesh has other patches than the reference.
+    pub fn errors(&self, meshed: &Meshed) -> Errors {
         let (vertex, element) = luminances(&meshed.solution);
-        let of = |method| self.error(&meshed.mesh, method, &vertex, &element, patches);
-        Errors {
-            constant: of(Method::Constant),
-            bilinear: of(Method::Bilinear),
-            hermite: of(Method::Hermite),
-        }
+        let of = |method| self.error(&meshed.mesh, method, &vertex, &element);
+        Errors { constant: of(Method::Constant), bilinear: of(Method::Bilinear) }
     }
 
     /// Relative L2 error of bilinear interpolation between the reference's own values at the vertices of a mesh: of the
     /// mesh alone.
     ///
-    /// # Errors
-    /// When the caster fails.
-    pub fn interpolation_error(
-        &mut self,
-        mesh: &Mesh,
-        patches: &[Option<PatchId>],
-    ) -> Result<f64, CastError> {
-        let vertex: Vec<Rgb> = self.at_vertices(mesh)?.into_iter().map(Rgb::splat).collect();
-        Ok(self.error(mesh, Method::Bilinear, &vertex, &[], patches))
+    /// # Panics
+    /// As [`Reference::errors`].
+    pub fn interpolation_error(&self, mesh: &Mesh) -> f64 {
+        let vertex: Vec<Rgb> = self.at_vertices(mesh).into_iter().map(Rgb::splat).collect();
+        self.error(mesh, Method::Bilinear, &vertex, &[])
     }
 
-    fn error(
-        &self,
-        mesh: &Mesh,
-        method: Method,
-        vertex: &[Rgb],
-        element: &[Rgb],
-        patches: &[Option<PatchId>],
-    ) -> f64 {
+    fn error(&self, mesh: &Mesh, method: Method, vertex: &[Rgb], element: &[Rgb]) -> f64 {
         let field = Reconstruction::new(mesh, method, vertex, element);
         let (mut sum, mut area) = (0.0, 0.0);
-        for (sample, patch) in self.samples.iter().zip(patches) {
-            let Some(patch) = patch else { continue };
-            let at = mesh.locate(*patch, sample.point);
+        for sample in &self.samples {
+            let at = mesh.locate(sample.patch, sample.point);
             let y = field.evaluate(mesh, at).luminance() / self.means[sample.surface as usize];
             sum += sample.area_m2 * (y - sample.relative).powi(2);
             area += sample.area_m2;
@@ -210,52 +193,16 @@ impl Reference {
         (sum / area).sqrt()
     }
 
-    /// Luminance (W/m^2) at the vertices of another mesh, bilinear in the reference.
-    fn at_vertices(&mut self, mesh: &Mesh) -> Result<Vec<f64>, CastError> {
-        let mut places = Vec::with_capacity(mesh.vertices.len());
-        for vertex in &mesh.vertices {
-            places.push((vertex.position + 1e-6 * vertex.inward, vertex.normal, None));
-        }
-        let patches = found(&self.mesh, &mut self.caster, &places)?;
-        // What nothing is found at is dark.
-        let value = |((point, ..), patch): (&Asked, Option<PatchId>)| match patch {
-            Some(patch) => self.field.evaluate(&self.mesh, self.mesh.locate(patch, *point)).luminance(),
-            None => 0.0,
+    /// Luminance (W/m^2) at the vertices of another mesh of the same patches, bilinear in the reference; on the side of
+    /// the vertex's own elements where a border or a line runs through it.
+    fn at_vertices(&self, mesh: &Mesh) -> Vec<f64> {
+        assert_eq!(mesh.patches.len(), self.mesh.patches.len(), "meshes of the same patches");
+        let value = |(v, vertex): (usize, &crate::mesh::Vertex)| {
+            let patch = mesh.elements[mesh.elements_around(VertexId(v as u32))[0].0 as usize].patch;
+            self.field.evaluate(&self.mesh, self.mesh.locate(patch, vertex.position)).luminance()
         };
-        Ok(places.iter().zip(patches).map(value).collect())
+        mesh.vertices.par_iter().enumerate().map(value).collect()
     }
-}
-
-/// The patches of a mesh that the samples of a reference lie on; `None` where another surface is in the way.
-///
-/// # Errors
-/// When the caster fails.
-pub fn found_in(mesh: &Mesh, samples: &[Sample]) -> Result<Vec<Option<PatchId>>, CastError> {
-    let places: Vec<_> = samples.iter().map(|s| (s.point, s.normal, Some(s.surface))).collect();
-    found(mesh, &mut SoftwareCaster::new(mesh.cast_patches()), &places)
-}
-
-/// A point, its normal, and the surface that it must lie on, where only one will do.
-type Asked = (DVec3, DVec3, Option<u32>);
-
-fn found(
-    mesh: &Mesh,
-    caster: &mut SoftwareCaster,
-    places: &[Asked],
-) -> Result<Vec<Option<PatchId>>, CastError> {
-    // Facets of curved surfaces lie a little beside each other.
-    let reach = 2e-3 * Aabb::around(mesh.vertices.iter().map(|v| v.position)).size().max_element();
-    let rays: Vec<Ray> = places
-        .iter()
-        .map(|(p, n, _)| Ray { t_max: 2.0, ..Ray::unbounded(*p + reach * *n, DVec3::ZERO - reach * *n) })
-        .collect();
-    let hits = caster.closest_hits(Purpose::Probe, Query::Rays(&rays))?;
-    let patch = |(hit, place): (Option<crate::raycast::RayHit>, &Asked)| {
-        let patch = hit.and_then(|hit| mesh.patch_of_hit(hit.patch, hit.facing))?;
-        let surface = mesh.patches[patch.0 as usize].surface.0;
-        place.2.is_none_or(|wanted| wanted == surface).then_some(patch)
-    };
-    Ok(hits.into_iter().zip(places).map(patch).collect())
 }
 
 /// The quadtrees under the patches of a mesh, with the squared error of each node as a leaf.
@@ -268,26 +215,17 @@ pub struct Quadtrees {
 impl Quadtrees {
     /// Every node of the trees of `depth` levels under the patches of the mesh of `target`, reconstructed (bi)linearly
     /// from the reference's values at its corners.
-    ///
-    /// # Errors
-    /// When the caster fails.
-    pub fn new(
-        scene: &Scene,
-        target: MeshTarget,
-        depth: u32,
-        reference: &mut Reference,
-    ) -> Result<Quadtrees, CastError> {
+    pub fn new(scene: &Scene, target: MeshTarget, depth: u32, reference: &Reference) -> Quadtrees {
         let scene = sized(scene, target);
         let initial = Mesh::build(&scene);
         let full = Subdivision::new(initial.patches.len() as u32, |_, place| place.level() < depth);
         let full = Mesh::build_with(&scene, &full).unwrap_or(initial);
-        let values = reference.at_vertices(&full)?;
-        let patches = found_in(&full, &reference.samples)?;
+        let values = reference.at_vertices(&full);
         let mut levels: Vec<Vec<Vec<f64>>> =
             vec![(0..=depth).map(|l| vec![0.0; 1 << (2 * l)]).collect(); full.patches.len()];
         let mut area_m2 = 0.0;
-        for (sample, patch) in reference.samples.iter().zip(patches) {
-            let Some(patch) = patch else { continue };
+        for sample in &reference.samples {
+            let patch = sample.patch;
             area_m2 += sample.area_m2;
             let at = full.locate(patch, sample.point);
             let element = &full.elements[at.element.0 as usize];
@@ -304,20 +242,29 @@ impl Quadtrees {
                 }
             }
         }
-        Ok(Quadtrees { levels, area_m2 })
+        Quadtrees { levels, area_m2 }
     }
 
-    /// Fewest elements of any pruning with at most this relative L2 error, and its error; no balance asked for.
-    pub fn fewest(&self, error: f64) -> (u64, f64) {
-        let (mut low, mut high) = (-80.0_f64, 20.0_f64);
+    /// No pruning with at most this relative L2 error has fewer elements; no balance asked for.
+    ///
+    /// Whatever the price, squared error + price x elements of any pruning is at least that of the pruning that minimises
+    /// it: the largest of the bounds that follow. Between two prunings that are best at one price it is on the line between
+    /// them.
+    pub fn fewest(&self, error: f64) -> f64 {
+        let allowed = error * error * self.area_m2;
+        // Below this price differences of rounding would count.
+        let (mut low, mut high) = (-30.0_f64, 20.0_f64);
+        let mut fewest = 0.0_f64;
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if self.pruned(middle.exp()).1 <= error { low = middle } else { high = middle }
+            let (n, squares) = self.pruned(middle.exp());
+            fewest = fewest.max(n as f64 + (squares - allowed) / middle.exp());
+            if squares <= allowed { low = middle } else { high = middle }
         }
-        self.pruned(low.exp())
+        fewest
     }
 
-    /// The pruning that minimises squared error + price x elements: elements, relative L2 error.
+    /// The pruning that minimises squared error + price x elements: elements, squared error (m^2).
     fn pruned(&self, price: f64) -> (u64, f64) {
         let (mut n, mut squares) = (0, 0.0);
         for tree in &self.levels {
@@ -339,13 +286,13 @@ impl Quadtrees {
             n += best[0].1;
             squares += best[0].2;
         }
-        (n, (squares / self.area_m2).sqrt())
+        (n, squares)
     }
 }
 
 /// (Bi)linear interpolation in a node from the values at its corners.
 fn node_value(mesh: &Mesh, values: &[f64], patch: PatchId, place: Place, st: DVec2) -> f64 {
-    let f = |j: usize| values[corner(mesh, patch.0, place, j).0 as usize];
+    let f = |j: usize| values[mesh.corner_of(patch, place, j).0 as usize];
     let (s, t) = (st.x, st.y);
     match mesh.patches[patch.0 as usize].corners {
         Corners::Triangle(_) => f(0) * (1.0 - s - t) + f(1) * s + f(2) * t,

@@ -7,7 +7,7 @@
 //! The surplus is zero at the node's corners and (bi)linear on each quarter, so the integral is exact: the mass matrix
 //! of the quarter. Of a quadratic it is 0.64 of the fall of the squared error.
 
-use crate::mesh::{Corners, ElementId, Mesh, Place, VertexId};
+use crate::mesh::{Corners, Mesh, PatchId, Place, VertexId};
 use crate::radiosity::Solution;
 use crate::scene::Scene;
 
@@ -60,9 +60,9 @@ impl<'a> Field<'a> {
         let quarters = (0..4).map(|k| place.quarter(k));
         match of_patch.corners {
             Corners::Quad(_) => {
-                let f = [0, 1, 2, 3].map(|j| at(corner(self.mesh, patch, place, j)));
+                let f = [0, 1, 2, 3].map(|j| at(self.mesh.corner_of(PatchId(patch), place, j)));
                 let of = |(quarter, places): (Place, [(u8, u8); 4])| {
-                    let v = [0, 1, 2, 3].map(|j| corner(self.mesh, patch, quarter, j));
+                    let v = [0, 1, 2, 3].map(|j| self.mesh.corner_of(PatchId(patch), quarter, j));
                     let surplus: [f64; 4] = std::array::from_fn(|j| {
                         let (s, t) = (0.5 * f64::from(places[j].0), 0.5 * f64::from(places[j].1));
                         let low = f[0] * (1.0 - s) + f[1] * s;
@@ -74,9 +74,9 @@ impl<'a> Field<'a> {
                 quarters.zip(QUAD).map(of).sum()
             }
             Corners::Triangle(_) => {
-                let f = [0, 1, 2].map(|j| at(corner(self.mesh, patch, place, j)));
+                let f = [0, 1, 2].map(|j| at(self.mesh.corner_of(PatchId(patch), place, j)));
                 let of = |(quarter, places): (Place, [(u8, u8); 3])| {
-                    let v = [0, 1, 2].map(|j| corner(self.mesh, patch, quarter, j));
+                    let v = [0, 1, 2].map(|j| self.mesh.corner_of(PatchId(patch), quarter, j));
                     let surplus: [f64; 3] = std::array::from_fn(|j| {
                         let (s, t) = (0.5 * f64::from(places[j].0), 0.5 * f64::from(places[j].1));
                         at(v[j]) - (f[0] * (1.0 - s - t) + f[1] * s + f[2] * t)
@@ -96,36 +96,6 @@ impl<'a> Field<'a> {
         };
         0.5 * cross.length()
     }
-}
-
-/// Corner `j` of a node: that of the element in this corner of it.
-pub(crate) fn corner(mesh: &Mesh, patch: u32, mut place: Place, j: usize) -> VertexId {
-    let (first, n) = elements_of(mesh, patch, place);
-    let element = &mesh.elements[first as usize];
-    if n == 1 {
-        return element.corners.vertices()[j];
-    }
-    let at_corner = if element.corners.vertices().len() == 4 { [0, 1, 3, 2][j] } else { j as u32 };
-    while elements_of(mesh, patch, place).1 > 1 {
-        place = place.quarter(at_corner);
-    }
-    let (element, _) = elements_of(mesh, patch, place);
-    mesh.elements[element as usize].corners.vertices()[j]
-}
-
-/// The first element of a node of a patch's quadtree, and how many there are.
-pub(super) fn elements_of(mesh: &Mesh, patch: u32, place: Place) -> (u32, u32) {
-    let range = mesh.patches[patch as usize].elements.clone();
-    let own = &mesh.elements[range.start as usize..range.end as usize];
-    let first = own.partition_point(|e| e.place < place);
-    let n = own[first..].partition_point(|e| e.place.at_level(place.level()) == place);
-    (range.start + first as u32, n as u32)
-}
-
-/// The elements of a node.
-pub(super) fn ids_of(mesh: &Mesh, patch: u32, place: Place) -> impl Iterator<Item = ElementId> {
-    let (first, n) = elements_of(mesh, patch, place);
-    (first..first + n).map(ElementId)
 }
 
 /// Mean of the square of a bilinear function of these corner values.

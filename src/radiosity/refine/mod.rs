@@ -29,12 +29,13 @@ use crate::scene::{MAX_ELEMENTS, Scene};
 
 mod gain;
 mod lines;
+mod penumbra;
 mod select;
+mod silhouette;
 mod visibility;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use gain::corner;
 pub use lines::{LineReport, flag_shadow_lines};
 use select::Splits;
 
@@ -132,7 +133,6 @@ pub fn refine(
         ..RefineReport::default()
     };
     let lines = lines::find(scene, mesh, caster)?;
-    report.lines = lines.report();
     report.n_rays += lines.n_rays;
     let total_area_m2 = mesh.total_area_m2();
     let wanted = refine.wanted_error * refine.wanted_error * total_area_m2;
@@ -151,7 +151,7 @@ pub fn refine(
         let seen = visibility::changes(scene, &trial, &surfaces, &candidates, caster)?;
         report.n_rays += seen.n_rays;
         for (&(patch, place), seen) in candidates.iter().zip(&seen.gains) {
-            let on_line = lines.gain(scene, &trial, &surfaces, patch, place);
+            let on_line = lines.gain(&trial, &surfaces, (patch, place));
             splits.measured(patch, place, field.gain(patch, place).max(*seen).max(on_line));
         }
     }
@@ -174,7 +174,7 @@ pub fn refine(
     report.estimated_error = (chosen.squared_error / total_area_m2).sqrt();
     report.n_cut_by_count = chosen.n_cut_by_count;
     report.n_cut_by_depth = chosen.n_cut_by_depth;
-    report.lines.n_flagged_edges = lines.flag(&mut final_mesh);
+    report.lines = lines.flag(scene, &mut final_mesh);
     Ok((final_mesh, report))
 }
 

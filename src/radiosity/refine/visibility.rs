@@ -10,13 +10,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Node, gain};
-use crate::geom::Ray;
-use crate::mesh::{Corners, Mesh, SurfacePoint};
+use super::Node;
+use crate::mesh::{Corners, Mesh, PatchId, SurfacePoint};
 use crate::radiosity::kernel::Source;
 use crate::radiosity::lights;
-use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::raycast::{CastError, RayCaster};
 use crate::scene::{Light, Scene};
+use crate::units::Rgb;
 
 /// Sources that are looked at.
 const MAX_SOURCES: usize = 8;
@@ -66,7 +66,7 @@ pub(super) fn changes(
     let mut starts = vec![0];
     let mut points: Vec<(DVec3, DVec3)> = Vec::new();
     for &(patch, place) in candidates {
-        points.extend(gain::ids_of(mesh, patch, place).map(|element| {
+        points.extend(mesh.elements_in(PatchId(patch), place).map(|element| {
             let st = match mesh.elements[element.0 as usize].corners {
                 Corners::Triangle(_) => glam::DVec2::splat(1.0 / 3.0),
                 Corners::Quad(_) => glam::DVec2::splat(0.5),
@@ -82,28 +82,13 @@ pub(super) fn changes(
         let lit: Vec<usize> = (0..points.len()).filter(|&i| unoccluded[i] > 0.0).collect();
         let target = |i: usize| points[i].0 + offset_m * points[i].1;
         let (mut n_visible, mut n_looks) = (vec![0_u32; points.len()], 0_u32);
-        let apexes = match &source {
-            Strong::Area { points, .. } => points.clone(),
-            Strong::Light(light) => lights::position(light).into_iter().collect(),
+        let targets: Vec<DVec3> = lit.iter().map(|&i| target(i)).collect();
+        let lights = match &source {
+            Strong::Area { points, .. } => points.iter().map(|&p| light_at(p)).collect(),
+            Strong::Light(light) => vec![**light],
         };
-        for apex in &apexes {
-            let bundles: Vec<RayBundle> = lit
-                .chunks(MAX_BUNDLE_RAYS)
-                .map(|chunk| RayBundle::Targets {
-                    apex: *apex,
-                    points: chunk.iter().map(|&i| target(i)).collect(),
-                })
-                .collect();
-            if !bundles.is_empty() {
-                let blocked = caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))?;
-                lit.iter().zip(blocked).for_each(|(&i, blocked)| n_visible[i] += u32::from(!blocked));
-            }
-            n_looks += 1;
-        }
-        if let Strong::Light(Light::Directional { direction, .. }) = &source {
-            let toward = |&i: &usize| Ray::unbounded(target(i), DVec3::ZERO - *direction);
-            let rays: Vec<Ray> = lit.iter().map(toward).collect();
-            let blocked = caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))?;
+        for light in &lights {
+            let blocked = lights::blocked(light, &targets, caster)?;
             lit.iter().zip(blocked).for_each(|(&i, blocked)| n_visible[i] += u32::from(!blocked));
             n_looks += 1;
         }
@@ -117,7 +102,8 @@ pub(super) fn changes(
             let mean = surfaces[mesh.patches[patch as usize].surface.0 as usize];
             if high > low && mean > 0.0 {
                 let step = most * (high - low) / mean;
-                let area_m2: f64 = gain::ids_of(mesh, patch, place)
+                let area_m2: f64 = mesh
+                    .elements_in(PatchId(patch), place)
                     .map(|element| mesh.elements[element.0 as usize].area_m2)
                     .sum();
                 changes.gains[c] += GAIN_PER_STEP * step * step * area_m2;
@@ -125,6 +111,11 @@ pub(super) fn changes(
         }
     }
     Ok(changes)
+}
+
+/// A light at a point of a source: only what it is seen from counts.
+pub(super) fn light_at(position: DVec3) -> Light {
+    Light::Point { position, intensity: Rgb::WHITE }
 }
 
 /// The strongest sources, strongest first; a directional light counts by its irradiance on the whole scene.

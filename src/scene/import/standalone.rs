@@ -42,6 +42,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene, SceneError> {
         materials,
         surfaces,
         lights: model.lights,
+        continuity: Vec::new(),
         meshing: Meshing::default(),
         warnings,
     };

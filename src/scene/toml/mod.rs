@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! file --source.rs--> text --toml--> tables with spans --raw.rs, value.rs--> RawScene (every single value in range)
-//!      --camera, materials, surfaces (geometry), lights, meshing: what several values say together--> Scene
+//!      --camera, materials, surfaces (geometry), lights, meshing, continuity: what several values say together--> Scene
 //! ```
 //! The first fault ends the loading. Format: version 1, scenes/README.md.
 
@@ -15,6 +15,7 @@ use super::{Scene, SceneError};
 use source::Source;
 
 mod camera;
+mod continuity;
 mod faults;
 mod geometry;
 mod lights;
@@ -53,18 +54,22 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
         return Err(source.fault(0..0, message));
     }
     let meshing = meshing::resolve(&source, raw.meshing, &surfaces)?;
+    let by_hand = continuity::resolve(&source, raw.continuity, &surfaces)?;
     if lights.is_empty() && surfaces.iter().all(|s| s.exitance.is_black()) {
         warnings.push(format!("{}: nothing emits light: the picture will be black", path.display()));
     }
-    Ok(Scene {
+    let scene = Scene {
         path: path.to_owned(),
         camera,
         materials: materials.list,
         surfaces,
         lights,
+        continuity: by_hand.list.clone(),
         meshing,
         warnings,
-    })
+    };
+    continuity::check_edges(&source, &scene, &by_hand)?;
+    Ok(scene)
 }
 
 /// Syntax, version, then keys and types: a file of another version is told so, not that its keys are unknown.

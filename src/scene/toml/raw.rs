@@ -32,6 +32,8 @@ pub(super) struct RawScene {
     #[serde(default)]
     pub(super) light: Vec<Spanned<Table<RawLight>>>,
     pub(super) meshing: Option<Table<RawMeshing>>,
+    #[serde(default)]
+    pub(super) continuity: Vec<Spanned<Table<RawContinuity>>>,
 }
 
 /// `[camera]`
@@ -151,4 +153,12 @@ pub(super) struct RawMeshing {
     pub(super) max_element_m: Option<Spanned<Num<Length>>>,
     pub(super) adaptive: Option<Spanned<bool>>,
     pub(super) edge_grading: Option<Num<Grading>>,
+}
+
+/// `[[continuity]]`
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawContinuity {
+    pub(super) between: Spanned<Fixed<Spanned<String>, 2>>,
+    pub(super) is: Spanned<String>,
 }
