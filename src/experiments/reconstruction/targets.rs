@@ -139,17 +139,22 @@ pub fn cube_says(run: &Run) -> Vec<String> {
             theirs.band / ours.band,
         ));
     }
+    says.push(format!("Over all three walls {}.", best_by_metric(run)));
+    says
+}
+
+/// Which method is best by which metric.
+fn best_by_metric(run: &Run) -> String {
     let best = |metric: fn(&Metrics) -> f64| {
         let rows = run.rows.iter().map(|(way, m)| (way.name, metric(&m.all)));
         rows.min_by(|a, b| a.1.total_cmp(&b.1)).map_or("none", |(name, _)| name)
     };
-    says.push(format!(
-        "Over all three walls the smallest L2 error is `{}`'s, the smallest gradient error `{}`'s, the smallest band `{}`'s.",
+    format!(
+        "the smallest L2 error is `{}`'s, the smallest gradient error `{}`'s, the smallest band `{}`'s",
         best(|m| m.l2),
         best(|m| m.h1),
         best(|m| m.band),
-    ));
-    says
+    )
 }
 
 /// Fitted orders of convergence between the two finest even meshes.
@@ -202,7 +207,7 @@ pub fn scene_says(run: &Run) -> String {
     let (b, h, l) = (of(BILINEAR), of(HERMITE), of(LIMITED));
     format!(
         "{}, {}: L2 {:.2} % bilinear, {:.2} % `hermite`, {:.2} % limited; band {:.3}, {:.3}, {:.3} 1/m; overshoot {:.2}, {:.2}, \
-         {:.2} %; negative over {:.2}, {:.2}, {:.2} % of the area.",
+         {:.2} %; negative over {:.2}, {:.2}, {:.2} % of the area; {}.",
         run.scene,
         run.mesh,
         100.0 * b.l2,
@@ -217,6 +222,7 @@ pub fn scene_says(run: &Run) -> String {
         100.0 * b.negative_share,
         100.0 * h.negative_share,
         100.0 * l.negative_share,
+        best_by_metric(run),
     )
 }
 

@@ -175,7 +175,7 @@ fn literal_rule_returns_what_the_mean_of_unit_normals_has() {
 #[test]
 fn picture_of_bilinear_shows_creases_that_hermite_has_not() {
     let case = scenes::cube_case(&CUBE, STATED, 1.0, Light::Total).unwrap();
-    let (rows, shown) = cube_pictures(&CUBE, &case, 64, Extent::Quick).unwrap();
+    let (rows, shown) = cube_pictures(&CUBE, &case, 192, Extent::Quick).unwrap();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == 4));
     let added = |name: &str| shown.iter().find(|s| s.way == name).and_then(|s| s.bands).unwrap().rms_added;
     assert!(added(BILINEAR) > 2.0 * added(HERMITE), "{} {}", added(BILINEAR), added(HERMITE));
