@@ -57,13 +57,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     if let Some(path) = &document {
         let name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let text = match of_host {
-            Some(host) if host == VALIDATION.name => {
-                experiments::validation_document(&all[0].1, extent, &name)
-            }
-            Some(host) if host == experiments::reconstruction::EXPERIMENT.name => {
-                experiments::reconstruction_document(&all[0].1, extent, &name)
-            }
-            Some(_) => experiments::adaptive_document(&all[0].1, extent, &name),
+            Some(host) => experiments::host_document(host, &all[0].1, extent, &name),
             None => experiments::document(&all, extent, &name),
         };
         files.stage(path, text.into_bytes());

@@ -118,7 +118,8 @@ const METHOD: &str = "Every method gets the reference's own values at the vertic
     energy drift. References: lit-cube by integrating Lambert's formula over a converged solution graded to the edges; point-shadow \
     and penumbra by closed forms of their direct light; cornell-box and sphere-room by solving with every element split again, \
     whose visibility is cast by rays and has their noise. Times are wall time of one thread and differ from run to run; all else is \
-    the same on every run.";
+    the same on every run. Meshes with lines: edges that stand for the computed lines of the shadow are C-1 under a point light, \
+    and a vertex has a value on either side, C0 at the borders of a penumbra.";
 
 const FULL: &str = "Elements of dense solutions are split thrice.";
 const QUICK: &str = "A quick run: few meshes, elements of the dense solution split once, no sphere-room.";
@@ -153,7 +154,7 @@ fn cube_pictures(cube: &LitCube, case: &Case, side: u32, extent: Extent) -> Resu
 
 fn shadow_pictures(of: ShadowScene, side: u32, extent: Extent) -> Result<Shown, ExperimentError> {
     let (scene, _) = of.scene(SHADOW_ELEMENT_M, 1.0)?;
-    let case = of.case(SHADOW_ELEMENT_M, 1.0)?;
+    let case = of.case(SHADOW_ELEMENT_M, 1.0, false)?;
     let (dense, shadow) = of.scene(SHADOW_ELEMENT_M / extent.pick(16.0, 4.0), 1.0)?;
     let (mesh, values) = scenes::dense_values(&dense, &shadow);
     let ways = [BILINEAR, HERMITE, LIMITED].map(way);

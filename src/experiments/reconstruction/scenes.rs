@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! lit-cube     total light   integral over a converged solution (lit_cube.rs)     4 .. 32 elements a wall, even and graded
-//! point-shadow direct light  closed form (shadows.rs)                             0.5, 0.25, 0.125 m
-//! penumbra     direct light  closed form (shadows.rs)                             likewise
+//! point-shadow direct light  closed form (shadows.rs)                             0.5 .. 0.125 m; with C-1 edges
+//! penumbra     direct light  closed form (shadows.rs)                             likewise; with C0 edges
 //! cornell-box  total light   dense solution in the same patches (nested.rs)       16 and 8 elements along the room
 //! sphere-room  total light   likewise                                             one mesh
 //! ```
@@ -16,6 +16,8 @@ use super::nested::Nested;
 use super::shadows::Shadow;
 use crate::experiments::{ExperimentError, Extent};
 use crate::mesh::Mesh;
+use crate::radiosity::refine::flag_shadow_lines;
+use crate::raycast::software::SoftwareCaster;
 use crate::reconstruct::metrics::Reference;
 use crate::scene::{MeshTarget, Scene};
 
@@ -30,6 +32,9 @@ pub const CUBE_PARTS: [Part; 3] =
 const ROOM_PARTS: [Part; 2] = [("floor", &["floor"]), ("walls", &["wall"])];
 /// Splits of an element in dense solutions.
 const SPLITS: u32 = 3;
+
+/// Ends the name of a mesh whose edges stand for lines of the shadow.
+pub const LINES: &str = ", lines";
 
 const CUBE: &str = include_str!("../../../scenes/lit-cube/scene.toml");
 
@@ -144,25 +149,38 @@ impl ShadowScene {
         Ok((scene, shadow))
     }
 
-    /// A case of it.
+    /// A case of it; `lines`: edges that stand for the shadow's lines are C-1 or C0.
     ///
     /// # Errors
     /// None: it is shipped.
-    pub fn case(&self, element_m: f64, grading: f64) -> Result<Case, ExperimentError> {
+    pub fn case(&self, element_m: f64, grading: f64, lines: bool) -> Result<Case, ExperimentError> {
         let (scene, shadow) = self.scene(element_m, grading)?;
-        Case::new(&scene, Mesh::build(&scene), &ROOM_PARTS, &shadow)
+        let mut mesh = Mesh::build(&scene);
+        if lines {
+            let mut caster = SoftwareCaster::new(mesh.cast_patches());
+            flag_shadow_lines(&scene, &mut mesh, &mut caster)?;
+        }
+        let values = shadow.vertex_values(&mesh);
+        Case::with_values(&scene, mesh, &ROOM_PARTS, &shadow, values)
     }
 
-    /// Over density, and graded.
+    /// Over density, graded, and with chosen discontinuities.
     ///
     /// # Errors
     /// None: it is shipped.
     pub fn runs(&self, extent: Extent) -> Result<Vec<Run>, ExperimentError> {
-        let meshes: &[(f64, f64)] = extent
-            .pick(&[(0.5, 1.0), (0.25, 1.0), (0.125, 1.0), (0.25, GRADING)], &[(0.5, 1.0), (0.25, 1.0)]);
-        let run = |&(element_m, grading): &(f64, f64)| {
-            let case = self.case(element_m, grading)?;
-            Ok(Run::of(self.name, element_m, grading > 1.0, &case, &ROOM_PARTS))
+        let even = |element_m| (element_m, 1.0, false);
+        let lines = |element_m| (element_m, 1.0, true);
+        let full = [even(0.5), even(0.25), even(0.125), (0.25, GRADING, false), lines(0.25), lines(0.125)];
+        let quick = [even(0.5), even(0.25), lines(0.25)];
+        let meshes: &[(f64, f64, bool)] = extent.pick(&full, &quick);
+        let run = |&(element_m, grading, lines): &(f64, f64, bool)| {
+            let case = self.case(element_m, grading, lines)?;
+            let mut run = Run::of(self.name, element_m, grading > 1.0, &case, &ROOM_PARTS);
+            if lines {
+                run.mesh += LINES;
+            }
+            Ok(run)
         };
         meshes.iter().map(run).collect()
     }
