@@ -121,7 +121,8 @@ const METHOD: &str = "Every method gets the reference's own values at the vertic
     the same on every run. Meshes with lines: edges that stand for the computed lines of the shadow are C-1 under a point light, \
     and a vertex has a value on either side, C0 at the borders of a penumbra.";
 
-const FULL: &str = "Elements of dense solutions are split thrice.";
+const FULL: &str =
+    "Elements of the Cornell box's dense solutions are split thrice, those of sphere-room's twice.";
 const QUICK: &str = "A quick run: few meshes, elements of the dense solution split once, no sphere-room.";
 
 /// The even run at the density at which the targets are stated.

@@ -151,7 +151,8 @@ fn point_shadow_is_dark_behind_its_square_and_by_the_square_of_the_distance_else
 #[test]
 fn nested_reference_has_the_dense_solution_at_the_coarse_vertices() {
     let scene = scenes::cube_scene(2, 1.0).unwrap();
-    let (mesh, nested) = nested::Nested::new(&scene, 2).unwrap();
+    let (mesh, nested) =
+        nested::Nested::new(&scene, nested::Dense { splits: 2, dense_visibility: true }).unwrap();
     // By the integral, at vertices away from edges: sources of 1/2 m are coarse.
     let (by_solving, by_integral) =
         (vertex_values(&mesh, &nested), vertex_values(&mesh, &CUBE.light(Light::Total)));
