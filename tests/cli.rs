@@ -141,6 +141,41 @@ fn compare_of_what_is_no_picture_exits_with_2() {
     place.refused(&["compare", "folder.exr", "a.exr"], "folder.exr: is a directory, expected an EXR picture");
     place.refused(&["compare", "a.exr", "a.png"], "only .exr");
     place.refused(&["compare", "a.exr", "a.exr", "--threshold", "-1"], "--threshold");
+    place.refused(
+        &["compare", "a.exr", "a.exr", "--bands", "map.exr"],
+        "map.exr: expected a name that ends in .png",
+    );
+    place.refused(&["compare", "a.exr", "a.exr", "--bands", "m.png", "--band-scale", "0"], "--band-scale 0");
+    place.refused(&["compare", "a.exr", "a.exr", "--band-scale", "1"], "--bands");
+    place.refused(&["compare", "a.json", "a.json", "--bands", "m.png"], "only pictures have Mach bands");
+    assert!(!place.path("m.png").exists());
+}
+
+#[test]
+fn compare_of_pictures_measures_the_mach_bands_that_the_second_adds_and_draws_them() {
+    let place = Place::new();
+    let picture = |crease: f64| -> Vec<u8> {
+        let value = |k: usize| 1.0 + crease * ((k % 16) as f64 - 8.0).max(0.0);
+        let film = Film::from_pixels(16, 9, (0..16 * 9).map(|k| Rgb::splat(value(k))).collect());
+        encode_exr(&film).unwrap()
+    };
+    std::fs::write(place.path("flat.exr"), picture(0.0)).unwrap();
+    std::fs::write(place.path("crease.exr"), picture(0.125)).unwrap();
+    let args = ["compare", "flat.exr", "crease.exr", "--bands", "map.png", "--report", "d.json"];
+    let text = place.exits(0, &args).stdout;
+    assert!(text.contains("bands added") && text.contains("most at column 8"), "{text}");
+    let bands = &place.json("d.json")["mach_bands"];
+    assert_eq!((&bands["n_pixels"], &bands["rms_a"]), (&Value::from(14 * 7), &Value::from(0.0)));
+    // One of 14 columns.
+    let rms = bands["rms_added"].as_f64().unwrap();
+    assert!((rms - 0.125 / 14.0_f64.sqrt()).abs() < 1e-6, "{bands}");
+    let png = std::fs::read(place.path("map.png")).unwrap();
+    let info = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap().info().size();
+    assert_eq!(info, (2 * 16 + 4, 9));
+    // Pictures of one row have no second difference, and that is no error.
+    write_exr(&place, "row.exr", vec![Rgb::WHITE; 4]);
+    let text = place.exits(0, &["compare", "row.exr", "row.exr", "--report", "row.json"]).stdout;
+    assert!(!text.contains("creases") && place.json("row.json")["mach_bands"].is_null(), "{text}");
 }
 
 #[test]

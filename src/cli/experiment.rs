@@ -1,5 +1,5 @@
 //! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. Those of the
-//! host (validation of pass 1, adaptive meshing) have a document each.
+//! host (validation of pass 1, adaptive meshing, reconstruction) have a document each.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ pub(super) const ALL: &str = "all";
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     // Those of the board, and of the host, which `all` leaves out.
-    let host = [experiments::adaptive::EXPERIMENT, VALIDATION];
+    let host = [experiments::adaptive::EXPERIMENT, experiments::reconstruction::EXPERIMENT, VALIDATION];
     // Those of the host have a document each.
     let of_host = host.iter().find(|e| args.name == e.name).map(|e| e.name);
     let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);
@@ -48,17 +48,24 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
             let key = if i == 0 { String::new() } else { format!("-{}", table.key()) };
             files.stage(&folder.join(format!("{}{key}.csv", experiment.name)), table.csv().into_bytes());
         }
+        for picture in findings.pictures.iter().flatten() {
+            files.stage(&folder.join(&picture.file), picture.bytes.clone());
+        }
         outcome.text += &(experiments::terminal_text(experiment, findings) + "\n");
         outcome.check_failed |= findings.checks.iter().any(|check| !check.holds);
     }
     if let Some(path) = &document {
         let name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let text = match of_host {
-            Some(host) if host == VALIDATION.name => {
-                experiments::validation_document(&all[0].1, extent, &name)
-            }
-            Some(_) => experiments::adaptive_document(&all[0].1, extent, &name),
             None => experiments::document(&all, extent, &name),
+            Some(host) => {
+                let of = match host {
+                    _ if host == VALIDATION.name => experiments::validation_document,
+                    _ if host == experiments::adaptive::EXPERIMENT.name => experiments::adaptive_document,
+                    _ => experiments::reconstruction_document,
+                };
+                of(&all[0].1, extent, &name)
+            }
         };
         files.stage(path, text.into_bytes());
         outcome.text += &format!("document   {}\n", path.display());

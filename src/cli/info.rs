@@ -164,12 +164,13 @@ fn scene_text(inspected: &Inspected) -> String {
     };
     let _ = writeln!(
         out,
-        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}{}",
+        "mesh       {} elements, {} vertices, {} patches ({} known to casters), {} T-junction edges; {target}{}{}",
         mesh.elements.len(),
         mesh.vertices.len(),
         mesh.patches.len(),
         mesh.n_cast_patches,
         mesh.n_t_junctions,
+        if scene.meshing.edge_grading > 1.0 { ", finer toward borders" } else { "" },
         if scene.meshing.adaptive { "; refined by pass 1" } else { "" }
     );
     imported(&mut out, scene);

@@ -11,8 +11,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::args::{
-    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs,
-    ReconstructArg, RenderArgs, SwitchArg,
+    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, GradientsArg, KernelArg,
+    PassOneArgs, PictureArgs, ReconstructArg, RenderArgs, SwitchArg, TwistsArg,
 };
 use super::error::CliError;
 use crate::frame::{CasterChoice, FrameOptions, PassOne, SolvePlan};
@@ -22,7 +22,7 @@ use crate::image::files::{check_not_inputs, check_targets};
 use crate::image::{OutputError, PictureFormat};
 use crate::radiosity::checkpoint::Keeper;
 use crate::radiosity::{FormFactorMethod, Kernel, SolveOptions};
-use crate::reconstruct::Method;
+use crate::reconstruct::{GradientRule, Method, ReconstructOptions, TwistRule};
 use crate::render::RenderOptions;
 use crate::report::si::vector;
 
@@ -205,19 +205,42 @@ fn pass_1_flag(args: &PassOneArgs) -> Option<&'static str> {
 }
 
 /// Options of pass 2.
-pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructArg, seed: u64) -> RenderOptions {
+pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructOptions, seed: u64) -> RenderOptions {
     RenderOptions {
         width: args.width,
         height: args.height,
         samples: args.samples,
         shadow_strata: args.shadow_strata,
-        reconstruct: match reconstruct {
-            ReconstructArg::Constant => Method::Constant,
-            ReconstructArg::Bilinear => Method::Bilinear,
-            ReconstructArg::Hermite => Method::Hermite,
-        },
+        reconstruct: reconstruct.method,
+        gradients: reconstruct.gradients,
+        twists: reconstruct.twists,
         seed,
         ..RenderOptions::default()
+    }
+}
+
+/// How `render` fills in between the vertices.
+pub fn resolve_reconstruction(args: &RenderArgs) -> ReconstructOptions {
+    ReconstructOptions {
+        method: match args.reconstruct {
+            ReconstructArg::Constant => Method::Constant,
+            ReconstructArg::Bilinear => Method::Bilinear,
+            ReconstructArg::Quadratic => Method::Quadratic,
+            ReconstructArg::CubicTriangle => Method::CubicTriangle,
+            ReconstructArg::Hermite => Method::Hermite,
+            ReconstructArg::HermiteLimited => Method::HermiteLimited,
+        },
+        gradients: match args.gradients {
+            GradientsArg::SeedEdgeNormals => GradientRule::SeedEdgeNormals,
+            GradientsArg::FacetNormals => GradientRule::FacetNormals,
+            GradientsArg::LeastSquares => GradientRule::LeastSquares,
+            GradientsArg::Zero => GradientRule::Zero,
+        },
+        twists: match args.twists {
+            TwistsArg::Zero => TwistRule::Zero,
+            TwistsArg::Adini => TwistRule::Adini,
+            TwistsArg::Fit => TwistRule::Fit,
+        },
     }
 }
 

@@ -32,7 +32,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
         &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
-    let mut picture = plan::resolve_picture(&args.picture, args.reconstruct, args.cast.seed);
+    let mut picture =
+        plan::resolve_picture(&args.picture, plan::resolve_reconstruction(args), args.cast.seed);
     picture.ambient = args.ambient;
     picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
 
@@ -128,6 +129,8 @@ fn document(
         mean_luminance_w_m2_sr: frame.rendering.film.mean_luminance(),
         mean_luminance_cd_m2: LUMENS_PER_WATT * frame.rendering.film.mean_luminance(),
         n_camera_rays: frame.rendering.n_camera_rays,
+        limited_vertices: frame.rendering.limited_vertices,
+        clamped_pixels: frame.rendering.n_clamped_pixels(),
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
         pass_1: PassOneReport::new(
             &frame.solution,

@@ -5,13 +5,14 @@ use std::path::Path;
 
 use rtl_model::spec::BoardSpec;
 
-use super::args::{ReconstructArg, SimulateArgs, WorkloadArg};
+use super::args::{SimulateArgs, WorkloadArg};
 use super::progress::Bars;
 use super::rays::read_rays;
 use super::{CliError, Outcome, plan, recorded, render, trace, vectors};
 use crate::frame::{SimulateOptions, Workload};
 use crate::image::OutputFiles;
 use crate::raycast::board::CommandSink;
+use crate::reconstruct::ReconstructOptions;
 use crate::render::RenderOptions;
 use crate::report::{self, BoardReport, ObservedReport, SceneFacts, SimulateReport, WarmUpReport};
 use crate::trace::{About, Picture, Watch};
@@ -37,7 +38,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         &[Some(scene), args.rays.as_deref(), Some(Path::new(&args.board)), args.replay.as_deref()],
     )?;
     let board = plan::resolve_board(&args.board)?;
-    let picture = plan::resolve_picture(&args.picture, ReconstructArg::Hermite, args.seed);
+    let picture = plan::resolve_picture(&args.picture, ReconstructOptions::default(), args.seed);
     let solve = plan::resolve_solve(args.seed, &args.pass_1);
     let workload = match &args.rays {
         Some(path) => Workload::Rays(read_rays(path)?),

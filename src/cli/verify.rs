@@ -10,13 +10,14 @@ use std::path::{Path, PathBuf};
 
 use rtl_model::spec::BoardSpec;
 
-use super::args::{ReconstructArg, VerifyArgs};
+use super::args::VerifyArgs;
 use super::plan::DEFAULT_BOARD;
 use super::progress::Bars;
 use super::sweep::Sweep;
 use super::{CliError, Outcome, plan};
 use crate::frame::{self, Verified};
 use crate::image::{OutputError, OutputFiles};
+use crate::reconstruct::ReconstructOptions;
 use crate::report::{self, Findings, SceneFacts, SweepReport, SweepRow, Timings, VerifyReport};
 use crate::vectors::{self, VectorsFormat};
 use crate::verify::{Compared, Mismatch, Model, VerifyOptions};
@@ -112,7 +113,7 @@ fn options(args: &VerifyArgs, is_sweep: bool) -> VerifyOptions {
         n_clocked: u64::from(args.clocked),
         first_test_bits,
         solve: plan::resolve_solve(args.seed, &args.pass_1),
-        picture: plan::resolve_picture(&args.picture, ReconstructArg::Hermite, args.seed),
+        picture: plan::resolve_picture(&args.picture, ReconstructOptions::default(), args.seed),
         compare_image: if is_sweep { args.image } else { !args.no_image },
     }
 }

@@ -196,6 +196,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![table],
         panels: vec![panel],
+        pictures: Vec::new(),
         says,
         checks: vec![Check::new(holds, "no speed-up exceeds 1/(1 - f)")],
     })

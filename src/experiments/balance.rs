@@ -162,6 +162,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![table],
         panels: vec![balance, cycles],
+        pictures: Vec::new(),
         says,
         checks: vec![Check::new(true, "all boards answer every ray alike (the run stops otherwise)")],
     })

@@ -189,6 +189,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
             .to_owned(),
         tables: vec![table],
         panels: vec![rates, traffic],
+        pictures: Vec::new(),
         says,
         checks: vec![
             Check::new(true, "descriptors and explicit rays are answered alike at every clock (the run stops otherwise)"),

@@ -74,12 +74,38 @@ pub fn adaptive_document(findings: &Findings, extent: Extent, folder: &str) -> S
     out
 }
 
-/// Question, what was run, plot, tables, what it says, checks.
+/// The document of the reconstruction. `folder` is where its plot, pictures and rows lie, as seen from the document.
+pub fn reconstruction_document(findings: &Findings, extent: Extent, folder: &str) -> String {
+    let flag = extent.pick("", " --quick");
+    let mut out = format!(
+        "# Reconstruction without Mach bands\n\n\
+         Made by `radeng experiment reconstruction{flag}`, which ends with exit status 1 when a check fails; every number and every\n\
+         sentence under \"What it says\" comes from that run. Rows as CSV and the pictures lie in `{folder}/`.\n\n"
+    );
+    section(&mut out, &super::reconstruction::EXPERIMENT, findings, folder);
+    out
+}
+
+/// Rows of pictures as Markdown tables.
+fn pictures(out: &mut String, rows: &[Vec<super::Picture>], folder: &str) {
+    for row in rows.iter().filter(|row| !row.is_empty()) {
+        let line = |cell: &dyn Fn(&super::Picture) -> String| {
+            format!("| {} |\n", row.iter().map(cell).collect::<Vec<_>>().join(" | "))
+        };
+        *out += "\n";
+        *out += &line(&|p| p.title.clone());
+        *out += &line(&|_| "---".to_owned());
+        *out += &line(&|p| format!("![{}]({folder}/{})", p.title, p.file));
+    }
+}
+
+/// Question, what was run, plot, pictures, tables, what it says, checks.
 fn section(out: &mut String, experiment: &Experiment, findings: &Findings, folder: &str) {
     *out += &wrapped(&format!("**Question.** {}", findings.question), "", "");
     *out += "\n";
     *out += &wrapped(&format!("**What was run.** {}", findings.method), "", "");
     let _ = write!(out, "\n![{}]({folder}/{}.svg)\n", experiment.title, experiment.name);
+    pictures(out, &findings.pictures, folder);
     for table in &findings.tables {
         let _ = write!(out, "\n{}:\n\n{}", table.title, table.markdown());
     }

@@ -212,6 +212,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![table, wider],
         panels: vec![panel, over_dram],
+        pictures: Vec::new(),
         says,
         checks: vec![Check::new(true, "all boards answer every ray alike (the run stops otherwise)")],
     })

@@ -23,6 +23,7 @@ mod hierarchy;
 pub mod load;
 pub mod plot;
 mod queueing;
+pub mod reconstruction;
 mod shells_2d;
 mod subdivision;
 pub mod table;
@@ -31,7 +32,9 @@ mod tests;
 mod throughput;
 mod validation;
 
-pub use document::{adaptive_document, document, terminal_text, validation_document};
+pub use document::{
+    adaptive_document, document, reconstruction_document, terminal_text, validation_document,
+};
 use plot::Panel;
 use table::Table;
 
@@ -115,12 +118,25 @@ pub struct Findings {
     pub method: String,
     /// Its numbers.
     pub tables: Vec<Table>,
-    /// Its pictures.
+    /// Its plots.
     pub panels: Vec<Panel>,
+    /// Its pictures, in rows of those that belong side by side.
+    pub pictures: Vec<Vec<Picture>>,
     /// What the numbers say, a sentence or two each.
     pub says: Vec<String>,
     /// What must hold.
     pub checks: Vec<Check>,
+}
+
+/// A picture as a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Its name, beside the plot.
+    pub file: String,
+    /// What it shows.
+    pub title: String,
+    /// PNG.
+    pub bytes: Vec<u8>,
 }
 
 /// Something that must hold.

@@ -252,6 +252,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![table, rows, board_table],
         panels: vec![panel],
+        pictures: Vec::new(),
         says,
         checks,
     })

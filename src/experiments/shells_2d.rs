@@ -212,6 +212,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![table],
         panels,
+        pictures: Vec::new(),
         says,
         checks: vec![Check::new(true, "all four boards answer every ray alike (the run stops otherwise)")],
     })

@@ -187,6 +187,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
             .to_owned(),
         tables: vec![table],
         panels: vec![rates, shares],
+        pictures: Vec::new(),
         says,
         checks,
     })

@@ -249,6 +249,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![table, partition_table(&loads, &partitions)],
         panels,
+        pictures: Vec::new(),
         says,
         checks: vec![Check::new(is_same, "every board answers every ray alike")],
     })

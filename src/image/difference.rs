@@ -5,7 +5,7 @@
 //! pixel difference d = max over channels |b - a|      relative to the mean luminance of A
 //! RMSE = sqrt(mean over pixels of (Y(b) - Y(a))^2) / mean Y(a)
 //! ```
-//! Not modelled: perceptual and Mach-band metrics.
+//! Not modelled: perceptual metrics; Mach bands are those of [`super::second_difference`].
 
 use serde::Serialize;
 

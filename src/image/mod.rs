@@ -6,10 +6,11 @@
 //! Film, Field --false_colour/--> colours of a scale, and the scale --> bytes (8 bit)
 //! EXR bytes --exr.rs--> Film --\
 //!                        Film ----difference.rs--> Difference
+//! Film --second_difference.rs--> CreaseMap, MachBands
 //! ```
 //! Encoders make bytes in memory; only `files.rs` touches the disk.
 //!
-//! Not modelled: HDR (RGBE) files, Mach-band metrics.
+//! Not modelled: HDR (RGBE) files.
 
 use crate::units::Rgb;
 
@@ -19,10 +20,12 @@ pub mod exr;
 pub mod false_colour;
 pub mod files;
 pub mod png;
+pub mod second_difference;
 
 pub use difference::{Difference, DifferenceError, difference};
 pub use exposure::{Exposure, ResolvedExposure};
 pub use files::{OutputError, OutputFiles, PictureFormat};
+pub use second_difference::{CreaseMap, MachBands, crease_map, encode_crease_maps, mach_bands};
 
 /// A linear picture, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,11 +6,12 @@
 //! ```
 //! Two patch edges are one when their ends are the same points and they run in opposite directions; they join when
 //! they belong to one surface side, or to the same side of two surfaces of one non-zero smooth group whose normals
-//! there differ by under 40 degrees, or that the scene joins by hand (`[[continuity]]`, which may also part them). Vertices of joined edges are shared; other surfaces have their own vertices at
-//! the same, bitwise equal, position.
+//! there differ by under 40 degrees, or that the scene joins by hand (`[[continuity]]`, which may also part them).
+//! Vertices of joined edges are shared; other surfaces have their own vertices at the same, bitwise equal, position.
 
 use std::collections::{HashMap, HashSet};
 
+use super::grading::{Grading, gradings};
 use super::junctions::{BorderEdge, count_t_junctions};
 use super::plan::{Grid, plan_bounded, weld_tolerance_m};
 use super::split::{NONE, Pieces, facet, split};
@@ -41,6 +42,8 @@ struct Draft {
     whole: Vec<bool>,
     surfaces: Vec<SurfacePatches>,
     n_cast_patches: usize,
+    /// Per surface.
+    gradings: Vec<Grading>,
 }
 
 /// One side of one patch edge in the edge table.
@@ -165,6 +168,7 @@ fn draft(scene: &Scene, grids: &[Grid]) -> Draft {
         whole: Vec::new(),
         surfaces: Vec::with_capacity(scene.surfaces.len()),
         n_cast_patches: 0,
+        gradings: gradings(scene),
     };
     for i in 0..grids.len() {
         let front = draft.add_side(scene, grids, i, Facing::Front, &mut welder);
@@ -198,7 +202,7 @@ impl Draft {
         side: Facing,
         welder: &mut Welder,
     ) -> std::ops::Range<u32> {
-        let cut = tessellate(&scene.surfaces[i].shape, &grids[i]);
+        let cut = tessellate(&scene.surfaces[i].shape, &grids[i], &self.gradings[i]);
         let base = self.points.len() as u32;
         for point in cut.points {
             let (id, at) = welder.weld(point);
@@ -234,7 +238,7 @@ impl Corners {
     }
 
     /// Ends of edge `i`, in winding order.
-    pub(super) fn edge(&self, i: usize) -> (VertexId, VertexId) {
+    pub(crate) fn edge(&self, i: usize) -> (VertexId, VertexId) {
         let v = self.vertices();
         (v[i], v[(i + 1) % v.len()])
     }

@@ -27,6 +27,7 @@ use crate::scene::{Scene, SurfaceId};
 mod build;
 mod discontinuity;
 mod faces;
+mod grading;
 mod inverse;
 mod junctions;
 mod nodes;

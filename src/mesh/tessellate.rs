@@ -3,7 +3,7 @@
 //! ```text
 //! Shape, Grid --> corner points + patches as indices into them, counter-clockwise seen from the front
 //! ```
-//! Quads are bilinear grids, triangles similar triangles; sphere, cylinder and disk are latitude-longitude grids
+//! Quads are bilinear grids, even or graded toward their borders (`[meshing] edge_grading`), triangles similar triangles; sphere, cylinder and disk are latitude-longitude grids
 //! whose quads are isosceles trapezoids, hence planar. Disks and cylinders on one axis line, however directed, use
 //! one frame and one factor, so that a disk that closes a cylinder of its radius meets it corner to corner.
 //!
@@ -20,6 +20,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::grading::Grading;
 use super::plan::Grid;
 use super::{Corners, VertexId, faces};
 use crate::geom::{DVec3, tangent_frame};
@@ -35,10 +36,10 @@ pub(super) struct Tessellation {
     pub(super) whole: Vec<bool>,
 }
 
-/// Cuts a shape by its grid (a grid of another kind gives nothing).
-pub(super) fn tessellate(shape: &Shape, grid: &Grid) -> Tessellation {
+/// Cuts a shape by its grid (a grid of another kind gives nothing), quads as `grading` says.
+pub(super) fn tessellate(shape: &Shape, grid: &Grid, grading: &Grading) -> Tessellation {
     match (shape, grid) {
-        (Shape::Quad(v), &Grid::Quad { s, t }) => quad(*v, s as u32, t as u32),
+        (Shape::Quad(v), &Grid::Quad { s, t }) => quad(*v, s as u32, t as u32, grading),
         (Shape::Triangle(v), &Grid::Triangle { n }) => triangle(*v, n as u32),
         (&Shape::Disk { center, normal, radius }, &Grid::Disk { around, rings }) => {
             disk(center, normal, radius, around as u32, rings as u32)
@@ -85,12 +86,12 @@ fn oriented(mut cut: Tessellation, flip: bool) -> Tessellation {
     cut
 }
 
-fn quad(v: [DVec3; 4], n: u32, m: u32) -> Tessellation {
+fn quad(v: [DVec3; 4], n: u32, m: u32, grading: &Grading) -> Tessellation {
     let mut points = Vec::with_capacity((n as usize + 1) * (m as usize + 1));
     for j in 0..=m {
-        let t = f64::from(j) / f64::from(m);
+        let t = grading.place(1, j, m);
         for i in 0..=n {
-            let s = f64::from(i) / f64::from(n);
+            let s = grading.place(0, i, n);
             points.push((1.0 - t) * ((1.0 - s) * v[0] + s * v[1]) + t * ((1.0 - s) * v[3] + s * v[2]));
         }
     }

@@ -37,7 +37,7 @@ pub(crate) fn scene(surfaces: Vec<Surface>, target: MeshTarget) -> Scene {
         surfaces,
         lights: Vec::new(),
         continuity: Vec::new(),
-        meshing: Meshing { target, adaptive: false },
+        meshing: Meshing { target, ..Meshing::default() },
         warnings: Vec::new(),
     }
 }
@@ -522,4 +522,24 @@ proptest! {
         check(&mesh);
         prop_assert!((mesh.total_area_m2() - exact).abs() < 1e-10 * exact);
     }
+}
+
+#[test]
+fn edge_grading_moves_patches_toward_borders_keeps_their_number_and_still_conforms() {
+    let mut graded = scene(room(1.0, 1.0, 1.0), MeshTarget::MaxElementM(0.125));
+    let even = Mesh::build(&graded);
+    graded.meshing.edge_grading = 2.0;
+    let mesh = Mesh::build(&graded);
+    assert_eq!((mesh.patches.len(), mesh.elements.len()), (even.patches.len(), even.elements.len()));
+    assert_eq!((mesh.n_t_junctions, Mesh::planned_elements(&graded)), (0, mesh.elements.len() as u64));
+    check(&mesh);
+    // Quarters of an edge at 1/8, 1/2, 7/8; elements halve their patches.
+    let mut xs: Vec<f64> = mesh.vertices.iter().map(|v| v.position.x).collect();
+    xs.sort_by(f64::total_cmp);
+    xs.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    let expected = [0.0, 0.0625, 0.125, 0.3125, 0.5, 0.6875, 0.875, 0.9375, 1.0];
+    assert_eq!(xs.len(), expected.len());
+    assert!(xs.iter().zip(expected).all(|(x, e)| (x - e).abs() < 1e-12), "{xs:?}");
+    let area: f64 = mesh.elements.iter().map(|e| e.area_m2).sum();
+    assert!((area - 6.0).abs() < 1e-12, "{area}");
 }

@@ -42,7 +42,7 @@ pub(super) fn scene(
         surfaces,
         lights,
         continuity: Vec::new(),
-        meshing: Meshing { target: MeshTarget::Elements(elements), adaptive: false },
+        meshing: Meshing { target: MeshTarget::Elements(elements), ..Meshing::default() },
         warnings: Vec::new(),
     }
 }

@@ -1,18 +1,29 @@
 //! The bicubic Hermite patch over a bilinear quad.
 //!
 //! ```text
-//! 4 nodes (x, f, g, H), (s,t) --> B = S M_H G_H M_H^T T^T
+//! 4 nodes (x, f, g, H) --> G_H, once --(s,t)--> B = S M_H G_H M_H^T T^T
 //!        | f00  f01  ft00  ft01  |
 //! G_H =  | f10  f11  ft10  ft11  |     index: s first, then t
 //!        | fs00 fs01 fst00 fst01 |
 //!        | fs10 fs11 fst10 fst11 |
 //! ```
-//! With g and H those of a quadratic field, B is that field on any planar convex quad: in (s,t) it is biquadratic.
+//! f_s = g . x_s, f_t = g . x_t, f_st = x_s^T H x_t + g . x_st. With g and H those of a quadratic field, B is that field on
+//! any planar convex quad: in (s,t) it is biquadratic.
 //!
-//! Source: Foley, van Dam et al. 1990, section 11.3.1.
+//! Source: Foley, van Dam et al. 1990, section 11.3.1; Bastos et al. 1992, equations 1-5.
 
 use super::derivatives::Node;
+use super::field::{quad_tangents, world_gradient};
+use super::pieces::{EdgeMiddle, QuadSurface};
+use crate::geom::DVec3;
 use crate::units::Rgb;
+
+/// The method's surface over quads.
+#[derive(Debug)]
+pub(super) struct Bicubic;
+
+/// G_H.
+type Geometry = [[Rgb; 4]; 4];
 
 /// S M_H: weights of value at 0, value at 1, slope at 0, slope at 1.
 fn hermite_weights(s: f64) -> [f64; 4] {
@@ -26,32 +37,65 @@ fn hermite_slopes(s: f64) -> [f64; 4] {
     [-6.0 * s * r, 6.0 * s * r, r * (r - 2.0 * s), s * (s - 2.0 * r)]
 }
 
-/// The value at (s,t) of the quad whose corners stand at (0,0), (1,0), (1,1), (0,1).
-pub(super) fn evaluate(nodes: &[Node; 4], s: f64, t: f64) -> Rgb {
-    weighted(nodes, hermite_weights(s), hermite_weights(t))
+/// Corners in (s,t), in the winding order of the nodes.
+pub(super) const CORNERS: [(usize, usize); 4] = [(0, 0), (1, 0), (1, 1), (0, 1)];
+
+/// x_s, x_t and x_st at a corner.
+pub(super) fn corner_tangents(x: &[DVec3; 4], (i, j): (usize, usize)) -> [DVec3; 3] {
+    let [x_s, x_t] = quad_tangents(x, i as f64, j as f64);
+    [x_s, x_t, x[0] - x[1] + x[2] - x[3]]
 }
 
-/// d/ds, d/dt and the twist d2/dsdt at (s,t).
-pub(super) fn slopes(nodes: &[Node; 4], s: f64, t: f64) -> [Rgb; 3] {
-    let (ws, wt) = (hermite_weights(s), hermite_weights(t));
-    let (ds, dt) = (hermite_slopes(s), hermite_slopes(t));
-    [weighted(nodes, ds, wt), weighted(nodes, ws, dt), weighted(nodes, ds, dt)]
-}
-
-fn weighted(nodes: &[Node; 4], ws: [f64; 4], wt: [f64; 4]) -> Rgb {
+fn geometry(nodes: &[Node; 4]) -> Geometry {
     let x = nodes.each_ref().map(|n| n.position);
-    let x_st = x[0] - x[1] + x[2] - x[3];
+    let mut g = [[Rgb::BLACK; 4]; 4];
+    for (node, (i, j)) in nodes.iter().zip(CORNERS) {
+        let [x_s, x_t, x_st] = corner_tangents(&x, (i, j));
+        g[i][j] = node.value;
+        g[2 + i][j] = node.slope(x_s);
+        g[i][2 + j] = node.slope(x_t);
+        g[2 + i][2 + j] = node.second(x_s, x_t) + node.slope(x_st);
+    }
+    g
+}
+
+fn weighted(g: &Geometry, ws: [f64; 4], wt: [f64; 4]) -> Rgb {
     let mut sum = Rgb::BLACK;
-    for (node, (i, j)) in nodes.iter().zip([(0, 0), (1, 0), (1, 1), (0, 1)]) {
-        let x_s = if j == 0 { x[1] - x[0] } else { x[2] - x[3] };
-        let x_t = if i == 0 { x[3] - x[0] } else { x[2] - x[1] };
-        let twist = node.second(x_s, x_t) + node.slope(x_st);
-        sum += node.value * (ws[i] * wt[j])
-            + node.slope(x_s) * (ws[2 + i] * wt[j])
-            + node.slope(x_t) * (ws[i] * wt[2 + j])
-            + twist * (ws[2 + i] * wt[2 + j]);
+    for (row, w) in g.iter().zip(ws) {
+        sum += (row[0] * wt[0] + row[1] * wt[1] + row[2] * wt[2] + row[3] * wt[3]) * w;
     }
     sum
+}
+
+impl QuadSurface for Bicubic {
+    type Coefficients = Geometry;
+
+    fn coefficients(nodes: &[Node; 4], _: bool) -> Geometry {
+        geometry(nodes)
+    }
+
+    fn value(g: &Geometry, s: f64, t: f64) -> Rgb {
+        weighted(g, hermite_weights(s), hermite_weights(t))
+    }
+
+    fn gradient(g: &Geometry, x: &[DVec3; 4], s: f64, t: f64) -> [Rgb; 3] {
+        let f_s = weighted(g, hermite_slopes(s), hermite_weights(t));
+        let f_t = weighted(g, hermite_weights(s), hermite_slopes(t));
+        world_gradient(quad_tangents(x, s, t), [f_s, f_t])
+    }
+
+    fn at_edge(nodes: &[Node; 4], edge: usize) -> EdgeMiddle {
+        let (s, t) = [(0.5, 0.0), (1.0, 0.5), (0.5, 1.0), (0.0, 0.5)][edge];
+        let x = nodes.each_ref().map(|n| n.position);
+        let [x_s, x_t] = quad_tangents(&x, s, t);
+        let x_st = x[0] - x[1] + x[2] - x[3];
+        let g = geometry(nodes);
+        let f_s = (x_s, weighted(&g, hermite_slopes(s), hermite_weights(t)));
+        let f_t = (x_t, weighted(&g, hermite_weights(s), hermite_slopes(t)));
+        let f_st = weighted(&g, hermite_slopes(s), hermite_slopes(t));
+        let (along, across) = if edge.is_multiple_of(2) { (f_s, f_t) } else { (f_t, f_s) };
+        EdgeMiddle { value: Bicubic::value(&g, s, t), along, across, twist: Some((x_st, f_st)) }
+    }
 }
 
 #[cfg(test)]

@@ -1,90 +1,147 @@
-//! Irradiance between the vertices: constant, bilinear, bicubic Hermite.
+//! Irradiance between the vertices: six methods behind one trait.
 //!
 //! ```text
-//! values at vertices --derivatives.rs: least-squares fit--> gradient, Hessian per vertex
-//! element, (s,t) --> quad: bicubic.rs | triangle: clough_tocher.rs --> irradiance, never negative
+//! values at vertices --nodes.rs: a node per vertex and group of elements that C0 edges enclose
+//!    --rules/: gradients, c0.rs: one slope along a C0 edge, rules/: second derivatives--> derivatives per node
+//!    --limiter.rs (hermite-limited)--hanging.rs: T-vertices follow their coarse edge--pieces.rs--> coefficients per element
+//! element, (s,t) --trait Field: constant.rs | bilinear.rs | pieces.rs--> irradiance, gradient
+//!                                                          quad: bicubic.rs or two triangles (split_quad.rs)
+//!                                                          triangle: clough_tocher.rs or powell_sabin.rs
 //! ```
-//! Quads: B(s,t) = S M_H G_H M_H^T T^T, with f_s = g . x_s, f_t = g . x_t and the twist x_s^T H x_t + g . x_st at
-//! each corner; x is the element's bilinear geometry. Triangles: the cubic Clough-Tocher element. Vertices are shared
-//! exactly where surfaces continue each other, so values break at creases by themselves.
-//! C1 across edges between parallelograms with straight grid lines and between coplanar triangles; elsewhere values
-//! meet and gradients may jump. A hanging vertex follows its coarse element (`hanging.rs`): no cracks. Given exact derivatives, quadratic fields are reproduced on any planar mesh.
+//! | method | quads | triangles | coefficients an element |
+//! |---|---|---|---|
+//! | `constant` | mean | mean | 24 bytes |
+//! | `bilinear` | bilinear | linear | 24 bytes a vertex |
+//! | `quadratic` | two Powell-Sabin triangles | Powell-Sabin | 592, 288 bytes |
+//! | `cubic-triangle` | two Clough-Tocher triangles | Clough-Tocher | 592, 288 bytes |
+//! | `hermite`, `hermite-limited` | bicubic Hermite | Clough-Tocher | 384, 288 bytes |
 //!
-//! Cubics overshoot: what falls below zero is clamped at the very end of [`Reconstruction::evaluate`], uncounted.
+//! Elements find their coefficients by 4 bytes more. Coefficients are computed once: a value of a bicubic from them costs a
+//! quarter of one from nodes.
 //!
-//! Source: Foley, van Dam et al. 1990, section 11.2; Bastos et al. 1992; Clough, Tocher 1965.
-//! Not modelled: the limiter, tangent rules other than least squares, edges of [`crate::mesh::Continuity::C0`].
+//! Continuity: C1 across edges between parallelograms with straight grid lines and between coplanar triangles; elsewhere
+//! values meet and gradients may jump. C0 edges keep the value and the slope along them, and nothing else. Where vertices
+//! are not shared (creases, C-1 edges) nothing continues. Hanging vertices leave no cracks in any method but `constant`.
+//!
+//! Cubics overshoot: [`Reconstruction::evaluate`] clamps at zero, [`Reconstruction::evaluate_unclamped`] does not.
+//!
+//! Source: Foley, van Dam et al. 1990, section 11.2; Bastos et al. 1992; Clough, Tocher 1965; Powell, Sabin 1977;
+//! Salesin, Lischinski, DeRose 1992 (cubic triangles with chosen discontinuities); Fritsch, Carlson 1980.
+//! Not modelled: edges of several fields at once, rational patches; the limiter looks at luminance only.
 
-use crate::mesh::{Corners, Mesh, SurfacePoint};
+use std::sync::Arc;
+
+use crate::mesh::{Mesh, SurfacePoint, VertexId};
 use crate::units::Rgb;
 
 mod bicubic;
+mod bilinear;
+mod c0;
 mod clough_tocher;
+mod constant;
 mod derivatives;
+mod field;
 mod hanging;
+mod kinks;
 mod least_squares;
+mod limiter;
+mod method;
+pub mod metrics;
+mod nodes;
+mod pieces;
+mod powell_sabin;
+mod rules;
+mod split_quad;
 
 #[cfg(test)]
 mod tests;
 
-use derivatives::Derivatives;
+use bicubic::Bicubic;
+use clough_tocher::CloughTocher;
+use field::Field;
+use nodes::Nodal;
+use pieces::{Pieces, QuadSurface, TriangleSurface};
+use powell_sabin::PowellSabin;
+use split_quad::SplitQuad;
 
-/// How irradiance is reconstructed inside elements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// The element's mean.
-    Constant,
-    /// Bilinear on quads, linear on triangles.
-    Bilinear,
-    /// Bicubic Hermite on quads, Clough-Tocher on triangles.
-    Hermite,
-}
+pub use method::{GradientRule, Method, ReconstructOptions, TwistRule};
 
 /// A reconstructed irradiance field over a mesh (W/m^2).
 ///
-/// Memory: `constant` 24 bytes an element, `bilinear` 24 bytes a vertex, `hermite` 144 bytes a vertex.
+/// Memory: see [`Reconstruction::memory_bytes`] and the table of this module.
 #[derive(Clone, Debug)]
 pub struct Reconstruction {
-    field: Field,
+    field: Arc<dyn Field>,
+    /// Rising.
+    limited: Vec<VertexId>,
 }
 
-#[derive(Clone, Debug)]
-enum Field {
-    /// Per element.
-    Constant(Vec<Rgb>),
-    /// Per vertex.
-    Bilinear(Vec<Rgb>),
-    /// Per vertex.
-    Hermite { values: Vec<Rgb>, derivatives: Vec<Derivatives> },
+/// Exact derivatives of a field, per vertex of a mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct GivenDerivatives<'a> {
+    /// World gradients (W/m^3): d/dx, d/dy, d/dz.
+    pub gradients: &'a [[Rgb; 3]],
+    /// World Hessians (W/m^4), symmetric; without, the twist rule of the options applies to the given gradients.
+    pub hessians: Option<&'a [[[Rgb; 3]; 3]]>,
 }
 
 impl Reconstruction {
-    /// Prepares `method` from values at the vertices and means of the elements (indices as in `mesh`).
+    /// Prepares a method from values at the vertices and means of the elements (indices as in `mesh`).
     ///
     /// # Panics
     /// When the values that the method needs are not one per vertex (`constant`: one per element).
-    pub fn new(mesh: &Mesh, method: Method, vertex_values: &[Rgb], element_means: &[Rgb]) -> Reconstruction {
-        let (given, needed) = match method {
-            Method::Constant => (element_means.len(), mesh.elements.len()),
-            Method::Bilinear | Method::Hermite => (vertex_values.len(), mesh.vertices.len()),
-        };
-        assert!(given == needed, "{method:?} reconstruction of {needed} values got {given}");
-        let field = match method {
-            Method::Constant => Field::Constant(element_means.to_vec()),
-            Method::Bilinear => {
-                let mut values = vertex_values.to_vec();
-                hanging::follow_bilinear(mesh, &mut values);
-                Field::Bilinear(values)
+    pub fn new(
+        mesh: &Mesh,
+        options: impl Into<ReconstructOptions>,
+        vertex_values: &[Rgb],
+        element_means: &[Rgb],
+    ) -> Reconstruction {
+        Reconstruction::build(mesh, options.into(), vertex_values, element_means, None)
+    }
+
+    /// As [`Reconstruction::new`], with gradients, and Hessians if given, that are known instead of estimated. Methods that
+    /// use none ignore them.
+    ///
+    /// # Panics
+    /// When values, gradients or Hessians are not one per vertex; for `constant`, which has no use for vertices.
+    pub fn with_derivatives(
+        mesh: &Mesh,
+        options: impl Into<ReconstructOptions>,
+        vertex_values: &[Rgb],
+        given: GivenDerivatives<'_>,
+    ) -> Reconstruction {
+        check_count("gradients", given.gradients.len(), mesh.vertices.len());
+        if let Some(hessians) = given.hessians {
+            check_count("Hessians", hessians.len(), mesh.vertices.len());
+        }
+        Reconstruction::build(mesh, options.into(), vertex_values, &[], Some(given))
+    }
+
+    fn build(
+        mesh: &Mesh,
+        options: ReconstructOptions,
+        vertex_values: &[Rgb],
+        element_means: &[Rgb],
+        given: Option<GivenDerivatives<'_>>,
+    ) -> Reconstruction {
+        match options.method {
+            Method::Constant => check_count("element means", element_means.len(), mesh.elements.len()),
+            _ => check_count("vertex values", vertex_values.len(), mesh.vertices.len()),
+        }
+        let unlimited = |field: Arc<dyn Field>| Reconstruction { field, limited: Vec::new() };
+        let nodal = || Nodal::new(mesh, vertex_values, &options, given);
+        match options.method {
+            Method::Constant => unlimited(Arc::new(constant::Constant::new(element_means))),
+            Method::Bilinear => unlimited(Arc::new(bilinear::Bilinear::new(mesh, vertex_values))),
+            Method::Quadratic => unlimited(joined::<SplitQuad<PowellSabin>, PowellSabin>(nodal())),
+            Method::CubicTriangle => unlimited(joined::<SplitQuad<CloughTocher>, CloughTocher>(nodal())),
+            Method::Hermite => unlimited(joined::<Bicubic, CloughTocher>(nodal())),
+            Method::HermiteLimited => {
+                let mut nodal = nodal();
+                let limited = limiter::limit(&mut nodal);
+                Reconstruction { field: joined::<Bicubic, CloughTocher>(nodal), limited }
             }
-            Method::Hermite => {
-                let mut values = vertex_values.to_vec();
-                let mut derivatives = derivatives::fit_all(mesh, vertex_values);
-                hanging::follow_hermite(mesh, &mut values, &mut derivatives);
-                Field::Hermite { values, derivatives }
-            }
-        };
-        Reconstruction { field }
+        }
     }
 
     /// The value at a place, at least 0 in every channel.
@@ -94,29 +151,37 @@ impl Reconstruction {
 
     /// The value as the formulas give it, negative where a cubic overshoots.
     pub fn evaluate_unclamped(&self, mesh: &Mesh, at: SurfacePoint) -> Rgb {
-        let (s, t) = (at.st.x, at.st.y);
-        match &self.field {
-            Field::Constant(means) => means[at.element.0 as usize],
-            Field::Bilinear(values) => match mesh.elements[at.element.0 as usize].corners {
-                Corners::Triangle(v) => {
-                    let [a, b, c] = v.map(|v| values[v.0 as usize]);
-                    a * (1.0 - s - t) + b * s + c * t
-                }
-                Corners::Quad(v) => {
-                    let [a, b, c, d] = v.map(|v| values[v.0 as usize]);
-                    (a * (1.0 - s) + b * s) * (1.0 - t) + (d * (1.0 - s) + c * s) * t
-                }
-            },
-            Field::Hermite { values, derivatives } => {
-                let node = |v: crate::mesh::VertexId| {
-                    let vertex = &mesh.vertices[v.0 as usize];
-                    derivatives[v.0 as usize].node(vertex, values[v.0 as usize])
-                };
-                match mesh.elements[at.element.0 as usize].corners {
-                    Corners::Triangle(v) => clough_tocher::evaluate(&v.map(node), s, t),
-                    Corners::Quad(v) => bicubic::evaluate(&v.map(node), s, t),
-                }
-            }
-        }
+        self.field.value(mesh, at)
     }
+
+    /// The world gradient of the unclamped value (W/m^3: d/dx, d/dy, d/dz), tangential to the element.
+    ///
+    /// On an edge inside an element (the diagonal of a split quad, the seams of a triangle) that of one side.
+    pub fn gradient(&self, mesh: &Mesh, at: SurfacePoint) -> [Rgb; 3] {
+        self.field.gradient(mesh, at)
+    }
+
+    /// Vertices whose derivatives the limiter made smaller; 0 for methods without one.
+    pub fn limited_vertices(&self) -> usize {
+        self.limited.len()
+    }
+
+    /// Which ones, rising.
+    pub fn limited(&self) -> &[VertexId] {
+        &self.limited
+    }
+
+    /// Memory that the coefficients hold (bytes).
+    pub fn memory_bytes(&self) -> usize {
+        self.field.memory_bytes()
+    }
+}
+
+fn joined<Q: QuadSurface, T: TriangleSurface>(mut nodal: Nodal<'_>) -> Arc<dyn Field> {
+    hanging::follow::<Q, T>(&mut nodal);
+    Arc::new(Pieces::<Q, T>::new(&nodal))
+}
+
+fn check_count(what: &str, given: usize, needed: usize) {
+    assert!(given == needed, "reconstruction needs {needed} {what}, got {given}");
 }

@@ -23,7 +23,7 @@ use crate::image::Film;
 use crate::mesh::Mesh;
 use crate::radiosity::Solution;
 use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster, RayHit};
-use crate::reconstruct::{Method, Reconstruction};
+use crate::reconstruct::{GradientRule, Method, ReconstructOptions, Reconstruction, TwistRule};
 use crate::scene::{Camera, Scene};
 use crate::units::{Irradiance, Rgb};
 use camera::{Tile, View, morton_tiles};
@@ -45,6 +45,12 @@ pub struct RenderOptions {
     pub max_depth: u32,
     /// Reconstruction of the stored indirect irradiance.
     pub reconstruct: Method,
+    /// Its gradients at the vertices.
+    #[serde(default)]
+    pub gradients: GradientRule,
+    /// Its twists.
+    #[serde(default)]
+    pub twists: TwistRule,
     /// Seed of every sampling pattern.
     pub seed: u64,
     /// Add the ambient term of what pass 1 left unshot; see `radiosity::ambient`.
@@ -62,6 +68,8 @@ impl Default for RenderOptions {
             shadow_strata: 4,
             max_depth: 6,
             reconstruct: Method::Hermite,
+            gradients: GradientRule::LeastSquares,
+            twists: TwistRule::Fit,
             seed: 1,
             ambient: false,
             irradiance: false,
@@ -81,6 +89,24 @@ pub struct Rendering {
     /// Irradiance on the surfaces that pixels show first, row by row, where it was asked for: mirrors, glass and lamps
     /// included, `None` where a pixel shows nothing or black backs only.
     pub irradiance: Option<Vec<Option<Irradiance>>>,
+    /// Pixels in which reconstructed light came out negative somewhere and was made 0, row by row.
+    pub clamped: Vec<bool>,
+    /// Vertices whose derivatives the limiter of the reconstruction made smaller.
+    pub limited_vertices: usize,
+}
+
+impl Rendering {
+    /// How many pixels are [`Rendering::clamped`].
+    pub fn n_clamped_pixels(&self) -> u64 {
+        self.clamped.iter().filter(|c| **c).count() as u64
+    }
+}
+
+impl RenderOptions {
+    /// Its method of reconstruction with the rules.
+    pub fn reconstruction(&self) -> ReconstructOptions {
+        ReconstructOptions { method: self.reconstruct, gradients: self.gradients, twists: self.twists }
+    }
 }
 
 /// Sums of the irradiance that a picture's camera rays meet, and how many met any, a pixel.
@@ -112,7 +138,7 @@ pub fn render(
     let view = View::new(camera, options.width, options.height);
     let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.indirect).collect();
     let element: Vec<Rgb> = solution.element_irradiance.iter().map(|e| e.indirect).collect();
-    let reconstruction = Reconstruction::new(mesh, options.reconstruct, &vertex, &element);
+    let reconstruction = Reconstruction::new(mesh, options.reconstruction(), &vertex, &element);
     let offset_m = caster.surface_offset_m();
     let direct = DirectLight::new(scene, mesh, offset_m);
     let shader = Shader { scene, mesh, reconstruction: &reconstruction, offset_m };
@@ -126,6 +152,8 @@ pub fn render(
         back_hits: vec![0; scene.surfaces.len()],
         n_camera_rays: 0,
         irradiance: None,
+        clamped: vec![false; width * height],
+        limited_vertices: reconstruction.limited_vertices(),
     };
     let mut received = options.irradiance.then(|| Received { sums: vec![(Rgb::BLACK, 0); width * height] });
     let tiles = morton_tiles(options.width, options.height);
@@ -237,6 +265,7 @@ fn trace_waves(
             if let Some(diffuse) = outcome.diffuse {
                 let irradiance = received.next().unwrap_or(Rgb::BLACK) + diffuse.indirect;
                 radiosity += diffuse.reflectance * irradiance;
+                picture.clamped[path.pixel] |= diffuse.clamped;
                 if let Some(first) = &mut first {
                     let (sum, n) = &mut first.sums[path.pixel];
                     *sum += irradiance;

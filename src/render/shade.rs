@@ -42,6 +42,8 @@ pub(super) struct Diffuse {
     pub reflectance: Rgb,
     /// Reconstructed indirect irradiance (W/m^2).
     pub indirect: Rgb,
+    /// It was negative somewhere before it was clamped.
+    pub clamped: bool,
 }
 
 /// What a path met.
@@ -118,10 +120,13 @@ impl Shader<'_> {
         if seen.is_some() {
             outcome.exitance = surface.exitance;
             if always || !material.reflectance.is_black() {
-                let indirect = self.reconstruction.evaluate(self.mesh, at).map(|e| e.max(0.0));
+                let unclamped = self.reconstruction.evaluate_unclamped(self.mesh, at);
+                let indirect = unclamped.map(|e| e.max(0.0));
+                let clamped = unclamped.min_channel() < 0.0;
                 let point =
                     ShadePoint { position, normal: shading, geometric_normal: geometric, key: path.key };
-                outcome.diffuse = Some(Diffuse { point, reflectance: material.reflectance, indirect });
+                outcome.diffuse =
+                    Some(Diffuse { point, reflectance: material.reflectance, indirect, clamped });
             }
         }
         outcome

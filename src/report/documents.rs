@@ -13,7 +13,7 @@ use rtl_model::fixed::Formats;
 use serde::Serialize;
 
 use super::{BoardReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
-use crate::image::{Difference, ResolvedExposure};
+use crate::image::{Difference, MachBands, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::refine::RefineReport;
 use crate::radiosity::summary::{SurfaceSummary, Totals, totals};
@@ -182,6 +182,10 @@ pub struct RenderReport {
     pub mean_luminance_cd_m2: f64,
     /// Camera rays.
     pub n_camera_rays: u64,
+    /// Vertices whose derivatives the limiter of the reconstruction made smaller; 0 for methods without one.
+    pub limited_vertices: usize,
+    /// Pixels in which reconstructed light came out negative somewhere and was made 0.
+    pub clamped_pixels: u64,
     /// Camera rays that first met a back, for each surface with any.
     pub back_hits: Vec<BackHits>,
     /// Pass 1.
@@ -384,6 +388,11 @@ pub struct CompareReport {
     /// The difference.
     #[serde(flatten)]
     pub difference: Difference,
+    /// Second differences; `null` for pictures without an inner pixel and for a dark reference.
+    pub mach_bands: Option<MachBands>,
+    /// Magnitude of a second difference that the map shows white or black, when one was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band_scale: Option<f64>,
     /// False when a threshold was given and a pixel exceeds it.
     pub passed: bool,
 }

@@ -15,6 +15,7 @@ use super::{
 };
 use crate::radiosity::summary::IlluminanceRange;
 use crate::raycast::Purpose;
+use crate::reconstruct::{Method, ReconstructOptions};
 
 /// Width of the label column.
 const LABEL: usize = 11;
@@ -39,11 +40,12 @@ pub fn render_summary(r: &RenderReport) -> String {
             o.width,
             o.height,
             count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
-            format!("{:?}", o.reconstruct).to_lowercase(),
+            o.reconstruct.name(),
             r.caster,
             n = o.shadow_strata,
         ),
     );
+    reconstruction_line(&mut out, r);
     if let Some(ambient) = r.ambient_w_m2 {
         let e = si(ambient.sum() / 3.0, "W/m^2");
         line(
@@ -74,6 +76,31 @@ pub fn render_summary(r: &RenderReport) -> String {
     }
     time_line(&mut out, &r.timings);
     out
+}
+
+/// What the reconstruction had to mend, and rules that are not the usual ones; nothing where there is nothing to tell.
+fn reconstruction_line(out: &mut String, r: &RenderReport) {
+    let (o, usual) = (r.options.reconstruction(), ReconstructOptions::default());
+    let mut told = Vec::new();
+    if !matches!(o.method, Method::Constant | Method::Bilinear) {
+        if o.gradients != usual.gradients {
+            told.push(format!("{} gradients", o.gradients.name()));
+        }
+        if o.twists != usual.twists {
+            told.push(format!("{} twists", o.twists.name()));
+        }
+    }
+    if o.method == Method::HermiteLimited {
+        told.push(format!("{} limited", count(r.limited_vertices as u64, "vertices")));
+    }
+    if r.clamped_pixels > 0 {
+        let n_pixels = u64::from(r.options.width) * u64::from(r.options.height);
+        let part = percent(share(r.clamped_pixels, n_pixels));
+        told.push(format!("{} ({part}) with negative light made 0", count(r.clamped_pixels, "pixels")));
+    }
+    if !told.is_empty() {
+        line(out, "", format_args!("stored light: {}", told.join(", ")));
+    }
 }
 
 /// What `solve` ends with.
@@ -172,6 +199,25 @@ pub fn compare_summary(r: &CompareReport) -> String {
         "mean",
         format_args!("{:.6e} and {:.6e} W/m^2/sr", d.mean_luminance_a, d.mean_luminance_b),
     );
+    if let Some(bands) = &r.mach_bands {
+        let at = bands.largest_at.map_or(String::new(), |[x, y]| format!(", most at column {x}, row {y}"));
+        line(
+            &mut out,
+            "creases",
+            format_args!(
+                "RMS second difference {:.3e} and {:.3e} of the mean luminance per square of a pixel",
+                bands.rms_a, bands.rms_b
+            ),
+        );
+        line(
+            &mut out,
+            "bands added",
+            format_args!("{:.3e} RMS, {:.3e} at the 99th percentile{at}", bands.rms_added, bands.p99_added),
+        );
+    }
+    if let Some(scale) = r.band_scale {
+        line(&mut out, "band map", format_args!("A left, B right; white and black at {scale:.3e}"));
+    }
     if let Some(limit) = d.threshold {
         let verdict = if r.passed { "passed" } else { "FAILED" };
         line(

@@ -180,6 +180,9 @@ pub struct Meshing {
     pub target: MeshTarget,
     /// Subdivide where light changes.
     pub adaptive: bool,
+    /// How much finer quads are cut toward borders, those inside a smooth group excepted: part x of the way becomes x^this.
+    /// 1: evenly.
+    pub edge_grading: f64,
 }
 
 /// The wanted size of a mesh.
@@ -196,7 +199,7 @@ pub const MAX_ELEMENTS: u32 = 4_000_000;
 
 impl Default for Meshing {
     fn default() -> Self {
-        Meshing { target: MeshTarget::Elements(4000), adaptive: false }
+        Meshing { target: MeshTarget::Elements(4000), adaptive: false, edge_grading: 1.0 }
     }
 }
 

@@ -63,17 +63,18 @@ pub struct GenerateArgs {
   descriptors   bundle descriptors against explicit rays on the bus
   throughput    rays a second over the board's parameters
 
-and of pass 1, which `all` leaves out:
+and of the host, which `all` leaves out:
 
-  validation    view factors, furnaces, energy, the lit cube, CIE 171 against closed forms: docs/validation.md
+  validation      pass 1: view factors, furnaces, energy, the lit cube, CIE 171 against closed forms: docs/validation.md
+  reconstruction  methods and gradient rules: errors, Mach bands, overshoot, pictures: docs/reconstruction.md
 
-The same command writes the same bytes, but for `amdahl`, which measures wall time.
+The same command writes the same bytes, but for `amdahl` and the times of `reconstruction`, which measure wall time.
 Exit status 1 when a check that an experiment makes of itself fails.")]
 pub struct ExperimentArgs {
-    /// Which experiment; `all` of the board; or `validation` of pass 1 against closed forms
+    /// Which experiment; `all` of the board; `validation` of pass 1 against closed forms; or `reconstruction`
     pub name: String,
-    /// Folder for plots (.svg) and rows (.csv), made when missing; of `all` and `validation`, the document stands beside
-    /// it as DIR.md [default: docs/board, of `validation` docs/validation]
+    /// Folder for plots (.svg), rows (.csv) and pictures (.png), made when missing; of `all`, `validation` and
+    /// `reconstruction`, the document stands beside it as DIR.md [default: docs/board, of the other two docs/NAME]
     #[arg(short, long = "output", value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Small scenes and few points

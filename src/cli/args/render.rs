@@ -16,8 +16,38 @@ pub enum ReconstructArg {
     Constant,
     /// Bilinear between the vertices
     Bilinear,
-    /// Bicubic Hermite: no Mach bands at element edges
+    /// Quadratics on triangles of twelve parts (Powell-Sabin); quads as two triangles
+    Quadratic,
+    /// Cubics on triangles of three parts (Clough-Tocher); quads as two triangles
+    CubicTriangle,
+    /// Bicubic Hermite on quads, cubics on triangles: no Mach bands at element edges
     Hermite,
+    /// The same, limited at kinks so that it does not overshoot them
+    HermiteLimited,
+}
+
+/// Gradients at the vertices, for the methods from `quadratic` on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GradientsArg {
+    /// The mean of the edges' normals, as the 1992 paper says: half the gradient, and not the same in other units
+    SeedEdgeNormals,
+    /// The mean of the facets' normals
+    FacetNormals,
+    /// A quadratic fitted to the vertices around
+    LeastSquares,
+    /// None: flat at every vertex
+    Zero,
+}
+
+/// Twists of bicubic patches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TwistsArg {
+    /// No second derivatives
+    Zero,
+    /// From the gradients around (Adini)
+    Adini,
+    /// From the quadratic fitted to the vertices around
+    Fit,
 }
 
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
@@ -32,6 +62,7 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
   radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png
   radeng render scene.toml --false-colour illuminance=lux.png --scale 0,500
   radeng render scene.toml -o view.png --false-colour luminance --scale-kind log
+  radeng render scene.toml --solution scene.radsol --reconstruct bilinear -o bands.png
   radeng render model.glb -o model.png
 
 A model file without a camera gets one that frames it, one without light gets light; both are told.")]
@@ -49,8 +80,26 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
     /// Reconstruction of the stored indirect light between mesh vertices
-    #[arg(long, value_enum, default_value = "hermite")]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "METHOD",
+        default_value = "hermite",
+        help_heading = "Reconstruction"
+    )]
     pub reconstruct: ReconstructArg,
+    /// Gradients at the vertices; no use for constant and bilinear
+    #[arg(
+        long,
+        value_enum,
+        value_name = "RULE",
+        default_value = "least-squares",
+        help_heading = "Reconstruction"
+    )]
+    pub gradients: GradientsArg,
+    /// Twists of the bicubic patches of hermite and hermite-limited
+    #[arg(long, value_enum, value_name = "RULE", default_value = "fit", help_heading = "Reconstruction")]
+    pub twists: TwistsArg,
     /// Exposure of .png files: 'auto', or stops (display-linear = radiance x 2^EV)
     #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
     pub exposure: Exposure,

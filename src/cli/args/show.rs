@@ -12,10 +12,13 @@ use crate::scene::MAX_ELEMENTS;
 #[command(after_help = "Examples:
   radeng compare software.exr board.exr
   radeng compare before.exr after.exr --threshold 0.05      exit status 1 when a pixel differs by more than 5 %
+  radeng compare right.exr bilinear.exr --bands bands.png   second differences of both: Mach bands are lines in it
   radeng compare before.json after.json                     which counters of two runs on the board changed
   radeng compare before.json after.json --threshold 0       exit status 1 when any counter changed
 
-Pictures: a pixel's difference is that of its worst channel; shares are of A's mean luminance.
+Pictures: a pixel's difference is that of its worst channel; shares are of A's mean luminance. An eye sees a Mach band \
+    where the slope of luminance breaks: `creases` are the second differences of A and of B, `bands added` those of B - A, \
+    without the borders of objects, where A has over 1 % of its mean luminance.
 
 Reports: two of simulate, two of render or two of solve, with a board. Canonical work comes first: rays, cells, tests \
     and hits depend on scene, rays, formats, grid, partition and shells alone; where they changed, what of these differs \
@@ -29,6 +32,14 @@ pub struct CompareArgs {
     /// this share of its value in A
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub threshold: Option<f64>,
+    /// Write a picture of the second differences of A (left) and B (right), each over its mean luminance: grey where there
+    /// is none, white along a bright Mach band, black along a dark one
+    #[arg(long, value_name = "FILE.png")]
+    pub bands: Option<PathBuf>,
+    /// Second difference that --bands shows white or black (share of the mean luminance per square of a pixel) [default:
+    /// the larger of the pictures' 99th percentiles]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, requires = "bands")]
+    pub band_scale: Option<f64>,
     /// Write a JSON report (radeng/compare/1, of reports radeng/compare-runs/1)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,

@@ -261,6 +261,7 @@ fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables: vec![shares, errors],
         panels,
+        pictures: Vec::new(),
         says,
         checks,
     })

@@ -24,11 +24,18 @@ const DIRECT_WITHIN: f64 = 0.002;
 /// A value of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
-    rho: f64,
-    wall: &'static str,
-    u: f64,
-    v: f64,
-    total: f64,
+    /// Reflectance of the walls.
+    pub rho: f64,
+    /// `floor`, `side` (x = 0) or `ceil`.
+    pub wall: &'static str,
+    /// Horizontal; on floor and ceiling along x.
+    pub u: f64,
+    /// Upwards; on floor and ceiling along y.
+    pub v: f64,
+    /// E/M from the lamp.
+    pub direct: f64,
+    /// E/M in all.
+    pub total: f64,
 }
 
 impl Reference {
@@ -55,6 +62,7 @@ pub fn reference() -> Vec<Reference> {
             wall: cells.get(1).copied().unwrap_or(""),
             u: number(2),
             v: number(3),
+            direct: number(4),
             total: number(5),
         }
     };

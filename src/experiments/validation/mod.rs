@@ -16,9 +16,9 @@ use row::{Group, Row};
 mod cie171;
 mod convergence;
 mod enclosures;
-mod formulas;
+pub(super) mod formulas;
 mod geometry;
-mod lit_cube;
+pub(super) mod lit_cube;
 mod methods;
 mod row;
 mod setting;
@@ -88,6 +88,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
         ),
         tables,
         panels,
+        pictures: Vec::new(),
         says,
         checks,
     })

@@ -33,7 +33,7 @@ fn scene(sets: Vec<FaceSet>, target: MeshTarget) -> Scene {
         surfaces: sets.into_iter().enumerate().map(surface).collect(),
         lights: Vec::new(),
         continuity: Vec::new(),
-        meshing: Meshing { target, adaptive: false },
+        meshing: Meshing { target, ..Meshing::default() },
         warnings: Vec::new(),
     }
 }

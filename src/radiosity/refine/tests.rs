@@ -78,7 +78,11 @@ fn line_that_runs_on_element_edges_flags_exactly_those() {
     surfaces.truncate(7);
     let scene = Scene {
         surfaces,
-        meshing: crate::scene::Meshing { target: MeshTarget::MaxElementM(0.25), adaptive: true },
+        meshing: crate::scene::Meshing {
+            target: MeshTarget::MaxElementM(0.25),
+            adaptive: true,
+            ..crate::scene::Meshing::default()
+        },
         ..scene
     };
     let mut mesh = Mesh::build(&scene);

@@ -32,6 +32,7 @@ pub(super) fn resolve(
         (None, None) => {}
     }
     meshing.adaptive = raw.adaptive.as_ref().is_some_and(|adaptive| *adaptive.get_ref());
+    meshing.edge_grading = raw.edge_grading.map_or(meshing.edge_grading, |grading| grading.0);
     Ok(meshing)
 }
 
@@ -78,6 +79,16 @@ mod tests {
         // 2000 x 2000 elements are the limit, 2001 x 2001 are too many.
         assert!(meshing("[meshing]\nmax_element_m = 0.001").is_ok());
         assert!(meshing("[meshing]\nmax_element_m = 0.0009995").is_err());
+    }
+
+    #[test]
+    fn edge_grading_is_even_without_its_key_and_refused_outside_its_range() {
+        assert_eq!(meshing("[meshing]\nelements = 9").unwrap().0.edge_grading, 1.0);
+        assert_eq!(meshing("[meshing]\nedge_grading = 2.5").unwrap().0.edge_grading, 2.5);
+        for wrong in ["0.5", "4.5", "nan", "true"] {
+            let message = meshing(&format!("[meshing]\nedge_grading = {wrong}")).unwrap_err().to_string();
+            assert!(message.contains("a grading from 1 (even) to 4") && message.contains(":9:"), "{message}");
+        }
     }
 
     #[test]

@@ -11,7 +11,8 @@ use toml::Spanned;
 
 use super::super::MAX_ELEMENTS;
 use super::value::{
-    Amount, Color, FieldOfView, Fixed, HalfAngle, Length, Num, Refraction, Share, Table, Vector, Whole,
+    Amount, Color, FieldOfView, Fixed, Grading, HalfAngle, Length, Num, Refraction, Share, Table, Vector,
+    Whole,
 };
 
 /// The whole file.
@@ -151,6 +152,7 @@ pub(super) struct RawMeshing {
     pub(super) elements: Option<Spanned<Whole<1, MAX_ELEMENTS>>>,
     pub(super) max_element_m: Option<Spanned<Num<Length>>>,
     pub(super) adaptive: Option<Spanned<bool>>,
+    pub(super) edge_grading: Option<Num<Grading>>,
 }
 
 /// `[[continuity]]`

@@ -59,6 +59,8 @@ kinds! {
     Refraction, "an index of refraction from 1 to 10", |x| (1.0..=10.0).contains(&x);
     /// Field of view (degrees).
     FieldOfView, "an angle between 0 and 180 degrees, both excluded", |x| x > 0.0 && x < 180.0;
+    /// Exponent of the grading toward borders.
+    Grading, "a grading from 1 (even) to 4", |x| (1.0..=4.0).contains(&x);
     /// Half angle of a spot's cone (degrees).
     HalfAngle, "a half angle from 0 to 90 degrees", |x| (0.0..=90.0).contains(&x);
 }
