@@ -57,15 +57,8 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     if let Some(path) = &document {
         let name = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let text = match of_host {
+            Some(host) => experiments::host_document(host, &all[0].1, extent, &name),
             None => experiments::document(&all, extent, &name),
-            Some(host) => {
-                let of = match host {
-                    _ if host == VALIDATION.name => experiments::validation_document,
-                    _ if host == experiments::adaptive::EXPERIMENT.name => experiments::adaptive_document,
-                    _ => experiments::reconstruction_document,
-                };
-                of(&all[0].1, extent, &name)
-            }
         };
         files.stage(path, text.into_bytes());
         outcome.text += &format!("document   {}\n", path.display());

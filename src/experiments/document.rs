@@ -49,40 +49,36 @@ pub fn document(all: &[(Experiment, Findings)], extent: Extent, folder: &str) ->
     out
 }
 
-/// The document of the validation. `folder` is where its plot and rows lie, as seen from the document.
-pub fn validation_document(findings: &Findings, extent: Extent, folder: &str) -> String {
+/// The document of an experiment of the host, by its name. `folder` is where its plot, pictures and rows lie, as seen from
+/// the document.
+pub fn host_document(name: &str, findings: &Findings, extent: Extent, folder: &str) -> String {
     let flag = extent.pick("", " --quick");
-    let mut out = format!(
-        "# Pass 1 against closed forms\n\n\
-         Made by `radeng experiment validation{flag}`, which ends with exit status 1 when a row is out of its bound. Every row is\n\
-         asserted by `cargo test --release --lib validation` as well. Rows as CSV lie in `{folder}/`.\n\n"
+    let (title, experiment, made) = match name {
+        "adaptive" => (
+            "Adaptive meshing: elements for the same error",
+            &super::adaptive::EXPERIMENT,
+            "Scenes are read from the repository's root. How refinement works: the header of `src/radiosity/refine/mod.rs`. \
+             `simulate` and `verify` mesh uniformly whatever the scene says.",
+        ),
+        "reconstruction" => (
+            "Reconstruction without Mach bands",
+            &super::reconstruction::EXPERIMENT,
+            "Every number and every sentence under \"What it says\" comes from that run.",
+        ),
+        _ => (
+            "Pass 1 against closed forms",
+            &super::VALIDATION,
+            "Every row is asserted by `cargo test --release --lib validation` as well.",
+        ),
+    };
+    let mut out = format!("# {title}\n\n");
+    let made = format!(
+        "Made by `radeng experiment {name}{flag}`, which ends with exit status 1 when a check fails. {made} Rows as CSV lie in \
+         `{folder}/`."
     );
-    section(&mut out, &super::VALIDATION, findings, folder);
-    out
-}
-
-/// The document of adaptive meshing. `folder` is where its plot and rows lie, as seen from the document.
-pub fn adaptive_document(findings: &Findings, extent: Extent, folder: &str) -> String {
-    let flag = extent.pick("", " --quick");
-    let mut out = format!(
-        "# Adaptive meshing: elements for the same error\n\n\
-         Made by `radeng experiment adaptive{flag}` (from the repository's root, whose scenes it reads), which ends with exit status\n\
-         1 when a check fails. Rows as CSV lie in `{folder}/`. How refinement works: the header of `src/radiosity/refine/mod.rs`.\n\
-         `simulate` and `verify` mesh uniformly whatever the scene says.\n\n"
-    );
-    section(&mut out, &super::adaptive::EXPERIMENT, findings, folder);
-    out
-}
-
-/// The document of the reconstruction. `folder` is where its plot, pictures and rows lie, as seen from the document.
-pub fn reconstruction_document(findings: &Findings, extent: Extent, folder: &str) -> String {
-    let flag = extent.pick("", " --quick");
-    let mut out = format!(
-        "# Reconstruction without Mach bands\n\n\
-         Made by `radeng experiment reconstruction{flag}`, which ends with exit status 1 when a check fails; every number and every\n\
-         sentence under \"What it says\" comes from that run. Rows as CSV and the pictures lie in `{folder}/`.\n\n"
-    );
-    section(&mut out, &super::reconstruction::EXPERIMENT, findings, folder);
+    out += &wrapped(&made, "", "");
+    out += "\n";
+    section(&mut out, experiment, findings, folder);
     out
 }
 

@@ -32,9 +32,7 @@ mod tests;
 mod throughput;
 mod validation;
 
-pub use document::{
-    adaptive_document, document, reconstruction_document, terminal_text, validation_document,
-};
+pub use document::{document, host_document, terminal_text};
 use plot::Panel;
 use table::Table;
 

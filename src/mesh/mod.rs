@@ -30,6 +30,7 @@ mod faces;
 mod grading;
 mod inverse;
 mod junctions;
+mod locator;
 mod nodes;
 mod plan;
 mod split;
@@ -41,6 +42,7 @@ pub(crate) mod tests;
 
 pub use crate::scene::Continuity;
 pub use discontinuity::Discontinuity;
+pub(crate) use locator::Locator;
 pub use subdivision::{MAX_LEVEL, Place, Subdivision, SubdivisionError};
 
 /// Abscissae of the two-point Gauss rule on [0, 1]: (1 -+ 1/sqrt 3) / 2.
@@ -288,7 +290,7 @@ impl Mesh {
         // One node of the quadtree after another, with the elements in it, down to a single one.
         while n > 1 {
             let quarter;
-            (quarter, st) = quarter_of(&patch.corners, st);
+            (quarter, st) = quarter_of(matches!(patch.corners, Corners::Triangle(_)), st);
             place = place.quarter(quarter);
             let rest = &own[first..first + n];
             first += rest.partition_point(|e| e.place < place);
@@ -424,16 +426,16 @@ fn bilinear([a, b, c, d]: [DVec3; 4], DVec2 { x: s, y: t }: DVec2) -> DVec3 {
     (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * d + s * c)
 }
 
-/// Which quarter of a cell with these corners (s,t) lies in, and (s,t) of that quarter.
-fn quarter_of(corners: &Corners, st: DVec2) -> (u32, DVec2) {
+/// Which quarter of a triangle or quad (s,t) lies in, and (s,t) of that quarter.
+fn quarter_of(is_triangle: bool, st: DVec2) -> (u32, DVec2) {
     let DVec2 { x: s, y: t } = 2.0 * st;
-    match corners {
+    match is_triangle {
         // In the order of the split: at corners 0, 1, 2, then the middle, which is upside down.
-        Corners::Triangle(_) if s + t <= 1.0 => (0, DVec2::new(s, t)),
-        Corners::Triangle(_) if s >= 1.0 => (1, DVec2::new(s - 1.0, t)),
-        Corners::Triangle(_) if t >= 1.0 => (2, DVec2::new(s, t - 1.0)),
-        Corners::Triangle(_) => (3, DVec2::new(1.0 - s, 1.0 - t)),
-        Corners::Quad(_) => {
+        true if s + t <= 1.0 => (0, DVec2::new(s, t)),
+        true if s >= 1.0 => (1, DVec2::new(s - 1.0, t)),
+        true if t >= 1.0 => (2, DVec2::new(s, t - 1.0)),
+        true => (3, DVec2::new(1.0 - s, 1.0 - t)),
+        false => {
             let half = DVec2::new(f64::from(s > 1.0), f64::from(t > 1.0));
             (2 * half.y as u32 + half.x as u32, DVec2::new(s, t) - half)
         }

@@ -1,7 +1,7 @@
 //! The exact solution of small scenes, through a dense linear solve: the cross-check of progressive refinement.
 //!
 //! ```text
-//! rows of all patches that emit or reflect --area means--> F (n x n) --LU of 1 - rho F, a channel at a time--> B
+//! rows of all patches that emit or reflect --area means--> F (n x n) --LU of 1 - rho F, a channel at a time, or those of one rho--> B
 //! every patch shoots B once --rows--> E of elements and vertices, account
 //! ```
 //! The unknown is the radiosity of every patch, in the discretisation that progressive refinement has: shooters are
@@ -97,15 +97,22 @@ fn radiosities(mesh: &Mesh, solver: &Solver, state: &State, active: &[PatchId]) 
     }
     let received: Vec<Rgb> = active.iter().map(|p| state.unshot_irradiance(mesh, p.0 as usize)).collect();
     let mut radiosity = vec![Rgb::BLACK; n];
+    let rho = |i: usize, c: usize| solver.reflectance(active[i]).0[c];
+    let same = |c: usize, d: usize| (0..n).all(|i| rho(i, c) == rho(i, d));
     for c in 0..3 {
-        let rho = |i: usize| solver.reflectance(active[i]).0[c];
-        let matrix = Mat::<f64>::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - rho(i) * factors[(i, j)]);
-        let right = Mat::<f64>::from_fn(n, 1, |i, _| {
-            state.unshot_exitance[active[i].0 as usize].0[c] + rho(i) * received[i].0[c]
+        // Channels of one reflectance are solved with one factoring.
+        if (0..c).any(|earlier| same(earlier, c)) {
+            continue;
+        }
+        let alike: Vec<usize> = (c..3).filter(|d| same(c, *d)).collect();
+        let matrix =
+            Mat::<f64>::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - rho(i, c) * factors[(i, j)]);
+        let right = Mat::<f64>::from_fn(n, alike.len(), |i, k| {
+            state.unshot_exitance[active[i].0 as usize].0[alike[k]] + rho(i, c) * received[i].0[alike[k]]
         });
         let solution = matrix.partial_piv_lu().solve(&right);
         for (i, b) in radiosity.iter_mut().enumerate() {
-            b.0[c] = solution[(i, 0)];
+            alike.iter().enumerate().for_each(|(k, d)| b.0[*d] = solution[(i, k)]);
         }
     }
     radiosity

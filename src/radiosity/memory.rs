@@ -82,7 +82,8 @@ impl HostMemory {
             stochastic: PerRecord {
                 element_bytes: size(size_of::<ElementState>()) + stochastic::bytes_per_element() as f64,
                 vertex_bytes: size(size_of::<SplitIrradiance>()) + stochastic::bytes_per_vertex() as f64,
-                patch_bytes: size(size_of::<PatchOptics>() + 5 * size_of::<Rgb>()),
+                patch_bytes: size(size_of::<PatchOptics>() + 4 * size_of::<Rgb>())
+                    + stochastic::bytes_per_patch() as f64,
             },
             row_bytes,
             max_row_bytes: options.max_row_bytes.min(row_bytes.saturating_mul(patches as u64)),

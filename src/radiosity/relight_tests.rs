@@ -104,14 +104,54 @@ fn lights_added_moved_and_taken_away_end_as_anew() {
 }
 
 #[test]
-fn change_as_large_as_all_light_and_a_dark_scene_are_solved_anew() {
-    let furnace = |m: f64| scene(vec![grey("half", 0.5)], room(DVec3::ONE, m), vec![], 100);
-    for m in [0.0, 0.1, 40.0] {
-        let (on, anew) = (relit(&furnace(0.5), &furnace(m), &tight()), solved(&furnace(m), &tight()));
-        let alike = if m == 40.0 { difference(&on, &anew) < 1e-6 } else { on == anew };
-        assert!(alike, "M {m}");
-        assert_eq!(on.earlier.is_none(), m < 1.0, "M {m}");
+fn lamps_put_out_and_lit_walls_painted_black_are_solved_anew() {
+    let furnace = |m: f64, rho: f64| scene(vec![grey("grey", rho)], room(DVec3::ONE, m), vec![], 100);
+    let old = furnace(0.5, 0.9);
+    for (m, rho) in [(0.0, 0.9), (0.5, 0.1)] {
+        let new = furnace(m, rho);
+        let (on, anew) = (relit(&old, &new, &tight()), solved(&new, &tight()));
+        assert!(on == anew || (m > 0.0 && Solution { n_rays: anew.n_rays, ..on.clone() } == anew), "M {m}");
+        assert!(on.earlier.is_none(), "M {m}");
     }
+}
+
+#[test]
+fn light_that_is_dimmed_or_recoloured_as_a_whole_takes_no_shot() {
+    let of = |k: Rgb| {
+        let light =
+            Light::Point { position: DVec3::new(1.1, 0.8, 1.3), intensity: Rgb([10.0, 5.0, 1.0]) * k };
+        let sun = Light::Directional { direction: -DVec3::Z, irradiance: Rgb::splat(0.5) * k };
+        let mut walls = room(DVec3::splat(2.0), 0.0);
+        walls.remove(1);
+        walls[2].exitance = Rgb::splat(8.0) * k;
+        walls[3].exitance = Rgb([1.0, 0.0, 2.0]) * k;
+        scene(vec![grey("half", 0.6)], walls, vec![light, sun], 300)
+    };
+    let old = of(Rgb::splat(1.0));
+    for k in [Rgb::splat(0.01), Rgb::splat(300.0), Rgb([1.0, 0.7, 0.3])] {
+        let new = of(k);
+        let (on, anew) = (relit(&old, &new, &tight()), solved(&new, &tight()));
+        assert_eq!(on.n_shots, 0, "{k:?}");
+        assert!(difference(&on, &anew) < 1e-6, "{k:?}: {}", difference(&on, &anew));
+        assert_same_account(&on, &anew);
+    }
+}
+
+#[test]
+fn one_lamp_of_several_dimmed_leaves_the_rest_as_it_was() {
+    let of = |m: f64| {
+        let mut walls = room(DVec3::splat(2.0), 0.0);
+        for (wall, m) in walls.iter_mut().zip([1.0, 3.0, m, 2.0]) {
+            wall.exitance = Rgb::splat(m);
+        }
+        scene(vec![grey("half", 0.6)], walls, vec![], 300)
+    };
+    let options = SolveOptions::default();
+    let (old, new) = (of(2.0), of(1.0));
+    let (on, anew) = (relit(&old, &new, &tight()), solved(&new, &tight()));
+    assert!(difference(&on, &anew) < 1e-5, "{}", difference(&on, &anew));
+    let (on, anew) = (relit(&old, &new, &options), solved(&new, &options));
+    assert!(on.n_shots < anew.n_shots, "{} shots, anew {}", on.n_shots, anew.n_shots);
 }
 
 #[test]

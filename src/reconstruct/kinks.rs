@@ -3,7 +3,8 @@
 //! ```text
 //! a2---a---v---b     second difference at v along a line of edges:
 //!                    D = 2 (l_a (f_b - f_v) + l_b (f_a - f_v)) / (l_a + l_b), f_a - 2 f_v + f_b where l_a = l_b
-//! kinked: |D_v| over 5 % of the largest of the three, and under 1/8 of it both at a and at a2 (where there is one)
+//! kinked: |D_v| over 5 % of the largest of the three, and under 1/8 of it both at a and at a2 (where there is one);
+//!         or |D_v| over 3/4 of it, whatever is beside: light and dark side by side
 //! ```
 //! Luminance. Two in a row, because D of a smooth field passes through 0 at an inflection, but does not stay there. Lines go
 //! on through a vertex over the edge most opposite; they never cross a C0 edge, whose kink is known already.
@@ -17,6 +18,8 @@ use crate::geom::DVec3;
 
 /// Smallest second difference of a kink, over the largest value of the three.
 const MIN_BEND: f64 = 0.05;
+/// Second difference that no smooth field has, over the same.
+const SHARP: f64 = 0.75;
 /// How much smaller it is beside a kink.
 const MIN_CHANGE: f64 = 8.0;
 /// Edges that go on: cosine between them.
@@ -38,6 +41,9 @@ fn kinked_toward(nodal: &Nodal<'_>, node: usize, a: usize) -> bool {
     let Some(Bend { difference, largest, .. }) = bend(nodal, node, a) else { return false };
     if difference.abs() <= MIN_BEND * largest {
         return false;
+    }
+    if difference.abs() > SHARP * largest {
+        return true;
     }
     let small = |d: f64| MIN_CHANGE * d.abs() < difference.abs();
     let Some(beside) = bend(nodal, a, node) else { return false };

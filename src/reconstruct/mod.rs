@@ -138,7 +138,7 @@ impl Reconstruction {
             Method::Hermite => unlimited(joined::<Bicubic, CloughTocher>(nodal())),
             Method::HermiteLimited => {
                 let mut nodal = nodal();
-                let limited = limiter::limit(&mut nodal);
+                let limited = limiter::limit::<Bicubic, CloughTocher>(&mut nodal);
                 Reconstruction { field: joined::<Bicubic, CloughTocher>(nodal), limited }
             }
         }

@@ -173,6 +173,35 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// Its intensity (W/sr), or irradiance (W/m^2) where it is parallel.
+    pub fn strength(&self) -> Rgb {
+        match *self {
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
+            Light::Directional { irradiance, .. } => irradiance,
+        }
+    }
+
+    /// The same light of another strength.
+    pub fn with_strength(mut self, strength: Rgb) -> Light {
+        match &mut self {
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity = strength,
+            Light::Directional { irradiance, .. } => *irradiance = strength,
+        }
+        self
+    }
+
+    /// The same light with its strength times `k`, by channel.
+    pub fn scaled(&self, k: Rgb) -> Light {
+        self.with_strength(self.strength() * k)
+    }
+
+    /// The two differ in their strength alone.
+    pub fn shines_like(&self, other: &Light) -> bool {
+        self.with_strength(Rgb::BLACK) == other.with_strength(Rgb::BLACK)
+    }
+}
+
 /// How finely surfaces are cut into elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meshing {

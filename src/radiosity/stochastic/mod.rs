@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::shooting::PatchOptics;
 use super::state::{State, magnitude};
 use super::{SolveError, SolveOptions, SplitIrradiance};
-use crate::mesh::{Mesh, PatchId};
+use crate::mesh::{Locator, Mesh, PatchId};
 use crate::raycast::{Purpose, Query, RayBundle, RayCaster};
 use crate::units::Rgb;
 
@@ -202,6 +202,7 @@ pub(super) struct Stochastic<'a> {
     /// Of every patch.
     reflectance: Vec<Rgb>,
     offset_m: f64,
+    locator: Locator,
     /// Of every vertex.
     hats: Vec<Hat>,
     /// Of the running pass; `None` after a fold and after a resume.
@@ -210,7 +211,14 @@ pub(super) struct Stochastic<'a> {
 
 impl<'a> Stochastic<'a> {
     pub(super) fn new(mesh: &'a Mesh, reflectance: Vec<Rgb>, offset_m: f64) -> Stochastic<'a> {
-        Stochastic { mesh, reflectance, offset_m, hats: fold::hats(mesh), allocation: None }
+        Stochastic {
+            mesh,
+            reflectance,
+            offset_m,
+            locator: Locator::new(mesh),
+            hats: fold::hats(mesh),
+            allocation: None,
+        }
     }
 
     /// Casts one chunk of bundles; at the end of a pass folds what arrived into the round, at the end of a round judges the
@@ -238,7 +246,7 @@ impl<'a> Stochastic<'a> {
         if !sources.is_empty() {
             let query: Vec<RayBundle> = sources.iter().map(|source| source.bundle.clone()).collect();
             let hits = caster.closest_hits(Purpose::FormFactor, Query::Bundles(&query))?;
-            let stray = s.tally.add(self.mesh, &sources, &hits, s.pass_w);
+            let stray = s.tally.add(self.mesh, &self.locator, &sources, &hits, s.pass_w);
             s.stray.lost_w += stray.lost_w;
             s.stray.back_w += stray.back_w;
             s.n_round_rays += hits.len() as u64;
@@ -296,6 +304,11 @@ pub(super) fn bytes_per_element() -> usize {
         + Tally::bytes_per_element()
         + size_of::<Rgb>()
         + size_of::<u64>()
+}
+
+/// Memory of a patch beside the solver's own (bytes).
+pub(super) fn bytes_per_patch() -> usize {
+    size_of::<Rgb>() + Locator::bytes_per_patch()
 }
 
 /// Memory of a vertex beside the solver's own (bytes).

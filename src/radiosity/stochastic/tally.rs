@@ -6,6 +6,7 @@
 //! One unit is the pass's power x 2^-61, so no sum overflows; a ray of a pass of 2^32 still has 29 bits. The four last
 //! cells give the power that falls under the hat of each corner, in the mean colour of the element.
 
+use std::hint::black_box;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use rayon::prelude::*;
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::state::magnitude;
 use super::bundles::Source;
-use crate::mesh::{Corners, Mesh};
+use crate::mesh::{Corners, Locator, Mesh, SurfacePoint};
 use crate::raycast::RayHit;
 use crate::units::Rgb;
 
@@ -25,8 +26,13 @@ const N_CELLS: usize = 7;
 /// Sums of every element.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Tally {
-    cells: Vec<[AtomicI64; N_CELLS]>,
+    cells: Vec<Cells>,
 }
+
+/// A cache line, since hits come from all over the scene.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[repr(align(64))]
+struct Cells([AtomicI64; N_CELLS]);
 
 /// Power that reached no element (W).
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -45,23 +51,31 @@ pub(super) struct Arrived {
 
 impl Tally {
     pub(super) fn new(n_elements: usize) -> Tally {
-        let zero = || std::array::from_fn(|_| AtomicI64::new(0));
-        Tally { cells: (0..n_elements).map(|_| zero()).collect() }
+        Tally { cells: (0..n_elements).map(|_| Cells::default()).collect() }
     }
 
     pub(super) const fn bytes_per_element() -> usize {
-        size_of::<[AtomicI64; N_CELLS]>()
+        size_of::<Cells>()
     }
 
     /// Adds the hits of `sources`, ray by ray, of a pass of `pass_w`.
-    pub(super) fn add(&self, mesh: &Mesh, sources: &[Source], hits: &[Option<RayHit>], pass_w: f64) -> Stray {
+    pub(super) fn add(
+        &self,
+        mesh: &Mesh,
+        locator: &Locator,
+        sources: &[Source],
+        hits: &[Option<RayHit>],
+        pass_w: f64,
+    ) -> Stray {
         let per_bundle = hits.len() / sources.len().max(1);
         let unit = 2f64.powi(UNIT_BITS) / pass_w;
         let strays: Vec<(u32, u32)> = sources
             .par_iter()
             .zip(hits.par_chunks(per_bundle.max(1)))
             .with_min_len(16)
-            .map(|(source, hits)| self.add_bundle(mesh, source, hits, unit))
+            .map_init(Vec::new, |places, (source, hits)| {
+                self.add_bundle(mesh, locator, source, hits, unit, places)
+            })
             .collect();
         // In the order of the bundles.
         strays.iter().zip(sources).fold(Stray::default(), |sum, ((lost, back), source)| Stray {
@@ -70,12 +84,22 @@ impl Tally {
         })
     }
 
-    /// How many rays were lost, and how many met backs.
-    fn add_bundle(&self, mesh: &Mesh, source: &Source, hits: &[Option<RayHit>], unit: f64) -> (u32, u32) {
+    /// How many rays were lost, and how many met backs. `places` is a buffer.
+    fn add_bundle(
+        &self,
+        mesh: &Mesh,
+        locator: &Locator,
+        source: &Source,
+        hits: &[Option<RayHit>],
+        unit: f64,
+        places: &mut Vec<SurfacePoint>,
+    ) -> (u32, u32) {
         let power = source.ray_power_w.0.map(|w| (w * unit) as i64);
         let weight = magnitude(source.ray_power_w) * unit;
         let (mut lost, mut back) = (0, 0);
         let mut hits = hits.iter();
+        places.clear();
+        // All places first: nothing is fetched ahead past an atomic addition.
         source.bundle.for_each_ray(|ray| {
             let Some(Some(hit)) = hits.next() else {
                 lost += 1;
@@ -85,9 +109,12 @@ impl Tally {
                 back += 1;
                 return;
             };
-            let place = mesh.locate(patch, ray.at(hit.t));
+            let place = locator.locate(mesh, patch, ray.at(hit.t));
+            black_box(self.cells[place.element.0 as usize].0[0].load(Ordering::Relaxed));
+            places.push(place);
+        });
+        for place in places {
             let (s, t) = (place.st.x, place.st.y);
-            let cells = &self.cells[place.element.0 as usize];
             let values = [
                 power[0],
                 power[1],
@@ -97,16 +124,16 @@ impl Tally {
                 (weight * t) as i64,
                 (weight * s * t) as i64,
             ];
-            for (cell, value) in cells.iter().zip(values) {
+            for (cell, value) in self.cells[place.element.0 as usize].0.iter().zip(values) {
                 cell.fetch_add(value, Ordering::Relaxed);
             }
-        });
+        }
         (lost, back)
     }
 
     /// What arrived at element `e` in a pass of `pass_w`.
     pub(super) fn of(&self, mesh: &Mesh, e: usize, pass_w: f64) -> Arrived {
-        let cells = self.cells[e].each_ref().map(|cell| cell.load(Ordering::Relaxed) as f64);
+        let cells = self.cells[e].0.each_ref().map(|cell| cell.load(Ordering::Relaxed) as f64);
         let unit = pass_w / 2f64.powi(UNIT_BITS);
         let corners = &mesh.elements[e].corners;
         let middle =
@@ -121,6 +148,6 @@ impl Tally {
     }
 
     pub(super) fn clear(&mut self) {
-        self.cells.par_iter_mut().flatten().for_each(|cell| *cell.get_mut() = 0);
+        self.cells.par_iter_mut().for_each(|cells| *cells = Cells::default());
     }
 }

@@ -49,8 +49,8 @@ fn add_ring(nodal: &Nodal<'_>, of: usize, center: usize, ring: &mut Vec<usize>) 
     }
 }
 
-fn fit(nodal: &Nodal<'_>, center: usize, scratch: &mut Scratch) -> Derivatives {
-    let Scratch { ring, system } = scratch;
+/// The nodes that a fit at `center` looks at.
+pub(in super::super) fn stencil(nodal: &Nodal<'_>, center: usize, ring: &mut Vec<usize>) {
     ring.clear();
     add_ring(nodal, center, center, ring);
     if ring.len() < MIN_RING {
@@ -58,6 +58,11 @@ fn fit(nodal: &Nodal<'_>, center: usize, scratch: &mut Scratch) -> Derivatives {
             add_ring(nodal, ring[k], center, ring);
         }
     }
+}
+
+fn fit(nodal: &Nodal<'_>, center: usize, scratch: &mut Scratch) -> Derivatives {
+    let Scratch { ring, system } = scratch;
+    stencil(nodal, center, ring);
     let vertex_of = |node: usize| nodal.table.vertex(node).0 as usize;
     let vertex = &nodal.mesh.vertices[vertex_of(center)];
     let frame = tangent_frame(vertex.normal);

@@ -18,6 +18,8 @@ mod adini;
 mod fit;
 mod normals;
 
+pub(super) use fit::stencil;
+
 /// Gradients by the rule; Hessians too where a fit has them.
 pub(super) fn estimate_gradients(nodal: &mut Nodal<'_>, options: &ReconstructOptions) {
     let fitted = options.gradients == GradientRule::LeastSquares || options.twists == TwistRule::Fit;
