@@ -6,8 +6,8 @@
 //! ```
 //! Two patch edges are one when their ends are the same points and they run in opposite directions; they join when
 //! they belong to one surface side, or to the same side of two surfaces of one non-zero smooth group whose normals
-//! there differ by under 40 degrees, or that the scene joins by hand (`[[continuity]]`, which may also part them). Vertices of joined edges are shared; other surfaces have their own vertices at
-//! the same, bitwise equal, position.
+//! there differ by under 40 degrees, or that the scene joins by hand (`[[continuity]]`, which may also part them).
+//! Vertices of joined edges are shared; other surfaces have their own vertices at the same, bitwise equal, position.
 
 use std::collections::{HashMap, HashSet};
 

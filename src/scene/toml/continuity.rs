@@ -84,3 +84,40 @@ pub(super) fn check_edges(source: &Source<'_>, scene: &Scene, places: &Entries) 
     );
     Err(source.fault(places.places[first].clone(), message))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::parse;
+    use super::*;
+
+    const BASE: &str = "version = 1\n[materials.wall]\nreflectance = 0.5\nemission = 1\n\
+        [[surface]]\nname = \"floor\"\nmaterial = \"wall\"\nquad = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\n\
+        [[surface]]\nname = \"rug\"\nmaterial = \"wall\"\nquad = [[1,0,0],[2,0,0],[2,1,0],[1,1,0]]\n\
+        [[surface]]\nname = \"under\"\nmaterial = \"wall\"\nquad = [[1,0,0],[1,1,0],[2,1,0],[2,0,0]]\n";
+
+    fn with(entries: &str) -> Result<Scene, SceneError> {
+        parse(&format!("{BASE}{entries}"), Path::new("scene.toml"))
+    }
+
+    #[test]
+    fn continuity_of_two_surfaces_is_read_whichever_is_named_first() {
+        let between = [SurfaceId(0), SurfaceId(1)];
+        for (name, continuity) in
+            [("C1", Continuity::C1), ("C0", Continuity::C0), ("C-1", Continuity::Broken)]
+        {
+            for names in ["\"floor\", \"rug\"", "\"rug\", \"floor\""] {
+                let scene = with(&format!("[[continuity]]\nbetween = [{names}]\nis = \"{name}\"\n")).unwrap();
+                assert_eq!(scene.continuity, [SurfaceContinuity { between, continuity }]);
+            }
+        }
+        assert!(with("").unwrap().continuity.is_empty());
+    }
+
+    #[test]
+    fn surfaces_that_look_opposite_ways_along_their_edge_have_none_to_join() {
+        let error = with("[[continuity]]\nbetween = [\"floor\", \"under\"]\nis = \"C1\"\n").unwrap_err();
+        assert!(error.to_string().contains("fronts on one side"), "{error}");
+    }
+}
