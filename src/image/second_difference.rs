@@ -236,7 +236,8 @@ mod tests {
         // A border is left out, whatever lies on it.
         let step = |k: f64| film(12, 10, move |x, y| base(x, y) + k * f64::from(u8::from(x > 8.0)));
         let bordered = mach_bands(&step(1.0), &step(1.5)).unwrap();
-        assert_eq!((bordered.n_border, bordered.n_pixels, bordered.rms_added), (2 * 8, 8 * 8, 0.0));
+        assert_eq!((bordered.n_border, bordered.n_pixels), (2 * 8, 8 * 8));
+        assert!(bordered.rms_added < 1e-12, "{bordered:?}");
         let same = mach_bands(&a, &a).unwrap();
         assert_eq!((same.rms_added, same.largest_at), (0.0, None));
     }

@@ -6,7 +6,8 @@
 //! kinked: |D_v| over 5 % of the largest of the three, and under 1/8 of it both at a and at a2 (where there is one);
 //!         or |D_v| over 3/4 of it, whatever is beside: light and dark side by side
 //! ```
-//! Luminance. Two in a row, because D of a smooth field passes through 0 at an inflection, but does not stay there. Lines go
+//! No kink where D is of one sign and not small at v, at b and at the vertex after b: a kink between two vertices bends
+//! those two, a crest of a smooth field more. Luminance. Two in a row, because D of a smooth field passes through 0 at an inflection, but does not stay there. Lines go
 //! on through a vertex over the edge most opposite; they never cross a C0 edge, whose kink is known already.
 //!
 //! Not used: visibility of single sources, which a solution does not keep.
@@ -38,7 +39,7 @@ pub(super) fn kinked_nodes(nodal: &Nodal<'_>) -> Vec<bool> {
 }
 
 fn kinked_toward(nodal: &Nodal<'_>, node: usize, a: usize) -> bool {
-    let Some(Bend { difference, largest, .. }) = bend(nodal, node, a) else { return false };
+    let Some(Bend { difference, largest, next }) = bend(nodal, node, a) else { return false };
     if difference.abs() <= MIN_BEND * largest {
         return false;
     }
@@ -46,6 +47,11 @@ fn kinked_toward(nodal: &Nodal<'_>, node: usize, a: usize) -> bool {
         return true;
     }
     let small = |d: f64| MIN_CHANGE * d.abs() < difference.abs();
+    let alike = |b: &Bend| b.difference * difference > 0.0 && !small(b.difference);
+    let second = bend(nodal, next, node).filter(alike);
+    if second.and_then(|b| bend(nodal, b.next, next)).is_some_and(|third| alike(&third)) {
+        return false;
+    }
     let Some(beside) = bend(nodal, a, node) else { return false };
     small(beside.difference) && bend(nodal, beside.next, a).is_none_or(|b| small(b.difference))
 }

@@ -108,6 +108,21 @@ impl Case {
         parts: &[Part],
         reference: &impl Reference,
     ) -> Result<Case, ExperimentError> {
+        let values = vertex_values(&mesh, reference);
+        Case::with_values(scene, mesh, parts, reference, values)
+    }
+
+    /// As [`Case::new`], with other values at the vertices.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn with_values(
+        scene: &Scene,
+        mesh: Mesh,
+        parts: &[Part],
+        reference: &impl Reference,
+        values: Vec<Rgb>,
+    ) -> Result<Case, ExperimentError> {
         let part = |e: usize| {
             let name =
                 &scene.surfaces[mesh.patches[mesh.elements[e].patch.0 as usize].surface.0 as usize].name;
@@ -119,7 +134,7 @@ impl Case {
             return Err(ExperimentError::Scene(format!("no surface is a part of '{name}'")));
         }
         let samples = Samples::new(&mesh, |e: ElementId| part_of[e.0 as usize], reference);
-        let (values, means) = (vertex_values(&mesh, reference), element_means(&mesh, reference));
+        let means = element_means(&mesh, reference);
         Ok(Case { mesh, values, part_of, means, samples, n_parts: parts.len() })
     }
 

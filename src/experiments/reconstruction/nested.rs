@@ -16,6 +16,15 @@ use crate::reconstruct::{Method, Reconstruction};
 use crate::scene::Scene;
 use crate::units::Rgb;
 
+/// How dense.
+#[derive(Clone, Copy, Debug)]
+pub struct Dense {
+    /// Splits of every element.
+    pub splits: u32,
+    /// A visibility ray from every point to every shooter, not one an element to those that only reflect.
+    pub dense_visibility: bool,
+}
+
 /// A dense solution.
 pub struct Nested {
     mesh: Mesh,
@@ -24,11 +33,12 @@ pub struct Nested {
 }
 
 impl Nested {
-    /// Meshes the scene, and solves it with every element split `splits` times.
+    /// Meshes the scene, and solves it with every element split as often as `dense` says.
     ///
     /// # Errors
     /// A caster that fails.
-    pub fn new(scene: &Scene, splits: u32) -> Result<(Mesh, Nested), ExperimentError> {
+    pub fn new(scene: &Scene, dense: Dense) -> Result<(Mesh, Nested), ExperimentError> {
+        let Dense { splits, dense_visibility } = dense;
         let coarse = Mesh::build(scene);
         let mut mesh = coarse.clone();
         for _ in 0..splits {
@@ -36,7 +46,7 @@ impl Nested {
             mesh = Mesh::build_with(scene, &finer).map_err(|e| ExperimentError::Scene(e.to_string()))?;
         }
         let mut caster = SoftwareCaster::new(mesh.cast_patches());
-        let options = SolveOptions { dense_visibility: true, ..SolveOptions::default() };
+        let options = SolveOptions { dense_visibility, ..SolveOptions::default() };
         let solution = solve(scene, &mesh, &mut caster, &options, &mut |_| {})?;
         let values: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.total()).collect();
         let field = Reconstruction::new(&mesh, Method::Bilinear, &values, &[]);

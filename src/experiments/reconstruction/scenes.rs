@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! lit-cube     total light   integral over a converged solution (lit_cube.rs)     4 .. 32 elements a wall, even and graded
-//! point-shadow direct light  closed form (shadows.rs)                             0.5, 0.25, 0.125 m
-//! penumbra     direct light  closed form (shadows.rs)                             likewise
-//! cornell-box  total light   dense solution in the same patches (nested.rs)       16 and 8 elements along the room
+//! point-shadow direct light  closed form (shadows.rs)                             0.5 .. 0.125 m; with C-1 edges
+//! penumbra     direct light  closed form (shadows.rs)                             likewise; with C0 edges
+//! cornell-box  total light   dense solution in the same patches (nested.rs)       8 and 12 elements along the room
 //! sphere-room  total light   likewise                                             one mesh
 //! ```
 
@@ -12,10 +12,12 @@ use std::path::Path;
 
 use super::lit_cube::{Light, LitCube};
 use super::measure::{Case, Measured, Part, Way, ways};
-use super::nested::Nested;
+use super::nested::{Dense, Nested};
 use super::shadows::Shadow;
 use crate::experiments::{ExperimentError, Extent};
 use crate::mesh::Mesh;
+use crate::radiosity::refine::flag_shadow_lines;
+use crate::raycast::software::SoftwareCaster;
 use crate::reconstruct::metrics::Reference;
 use crate::scene::{MeshTarget, Scene};
 
@@ -28,8 +30,8 @@ pub const CUBE_PARTS: [Part; 3] =
     [("floor", &["floor"]), ("side wall", &["wall-x0"]), ("lamp's wall", &["ceiling"])];
 /// Parts of the rooms with a shadow.
 const ROOM_PARTS: [Part; 2] = [("floor", &["floor"]), ("walls", &["wall"])];
-/// Splits of an element in dense solutions.
-const SPLITS: u32 = 3;
+/// Ends the name of a mesh whose edges stand for lines of the shadow.
+pub const LINES: &str = ", lines";
 
 const CUBE: &str = include_str!("../../../scenes/lit-cube/scene.toml");
 
@@ -144,25 +146,38 @@ impl ShadowScene {
         Ok((scene, shadow))
     }
 
-    /// A case of it.
+    /// A case of it; `lines`: edges that stand for the shadow's lines are C-1 or C0.
     ///
     /// # Errors
     /// None: it is shipped.
-    pub fn case(&self, element_m: f64, grading: f64) -> Result<Case, ExperimentError> {
+    pub fn case(&self, element_m: f64, grading: f64, lines: bool) -> Result<Case, ExperimentError> {
         let (scene, shadow) = self.scene(element_m, grading)?;
-        Case::new(&scene, Mesh::build(&scene), &ROOM_PARTS, &shadow)
+        let mut mesh = Mesh::build(&scene);
+        if lines {
+            let mut caster = SoftwareCaster::new(mesh.cast_patches());
+            flag_shadow_lines(&scene, &mut mesh, &mut caster)?;
+        }
+        let values = shadow.vertex_values(&mesh);
+        Case::with_values(&scene, mesh, &ROOM_PARTS, &shadow, values)
     }
 
-    /// Over density, and graded.
+    /// Over density, graded, and with chosen discontinuities.
     ///
     /// # Errors
     /// None: it is shipped.
     pub fn runs(&self, extent: Extent) -> Result<Vec<Run>, ExperimentError> {
-        let meshes: &[(f64, f64)] = extent
-            .pick(&[(0.5, 1.0), (0.25, 1.0), (0.125, 1.0), (0.25, GRADING)], &[(0.5, 1.0), (0.25, 1.0)]);
-        let run = |&(element_m, grading): &(f64, f64)| {
-            let case = self.case(element_m, grading)?;
-            Ok(Run::of(self.name, element_m, grading > 1.0, &case, &ROOM_PARTS))
+        let even = |element_m| (element_m, 1.0, false);
+        let lines = |element_m| (element_m, 1.0, true);
+        let full = [even(0.5), even(0.25), even(0.125), (0.25, GRADING, false), lines(0.25), lines(0.125)];
+        let quick = [even(0.5), even(0.25), lines(0.25)];
+        let meshes: &[(f64, f64, bool)] = extent.pick(&full, &quick);
+        let run = |&(element_m, grading, lines): &(f64, f64, bool)| {
+            let case = self.case(element_m, grading, lines)?;
+            let mut run = Run::of(self.name, element_m, grading > 1.0, &case, &ROOM_PARTS);
+            if lines {
+                run.mesh += LINES;
+            }
+            Ok(run)
         };
         meshes.iter().map(run).collect()
     }
@@ -173,8 +188,9 @@ struct DenseScene {
     name: &'static str,
     text: &'static str,
     parts: &'static [Part],
-    /// Longest elements (m), full and quick.
-    elements_m: [&'static [f64]; 2],
+    /// Longest elements (m) and grading, full and quick.
+    meshes: [&'static [(f64, f64)]; 2],
+    dense: Dense,
 }
 
 const DENSE: [DenseScene; 2] = [
@@ -182,13 +198,16 @@ const DENSE: [DenseScene; 2] = [
         name: "cornell-box",
         text: include_str!("../../../scenes/cornell-box/scene.toml"),
         parts: &[("room", &["floor", "ceiling", "back", "green", "red"]), ("boxes", &["short", "tall"])],
-        elements_m: [&[5.6 / 8.0, 5.6 / 16.0], &[5.6 / 8.0]],
+        meshes: [&[(5.6 / 8.0, 1.0), (5.6 / 12.0, 1.0), (5.6 / 8.0, GRADING)], &[(5.6 / 8.0, 1.0)]],
+        dense: Dense { splits: 3, dense_visibility: true },
     },
     DenseScene {
         name: "sphere-room",
         text: include_str!("../../../scenes/sphere-room/scene.toml"),
         parts: &[("room", &["floor", "ceiling", "wall"]), ("sphere and column", &["sphere", "column"])],
-        elements_m: [&[0.5], &[]],
+        meshes: [&[(0.5, 1.0)], &[]],
+        // A sphere has 2,048 elements at least.
+        dense: Dense { splits: 2, dense_visibility: false },
     },
 ];
 
@@ -198,15 +217,13 @@ const DENSE: [DenseScene; 2] = [
 /// None: they are shipped.
 pub fn dense_runs(extent: Extent) -> Result<Vec<Run>, ExperimentError> {
     let mut runs = Vec::new();
-    for DenseScene { name, text, parts, elements_m } in &DENSE {
-        for &element_m in extent.pick(elements_m[0], elements_m[1]) {
-            let gradings: &[f64] = extent.pick(&[1.0, GRADING], &[1.0]);
-            for &grading in gradings {
-                let scene = meshed(name, text, element_m, grading)?;
-                let (mesh, reference) = Nested::new(&scene, extent.pick(SPLITS, 1))?;
-                let case = Case::new(&scene, mesh, parts, &reference)?;
-                runs.push(Run::of(name, element_m, grading > 1.0, &case, parts));
-            }
+    for DenseScene { name, text, parts, meshes, dense } in &DENSE {
+        for &(element_m, grading) in extent.pick(meshes[0], meshes[1]) {
+            let scene = meshed(name, text, element_m, grading)?;
+            let quick = Dense { splits: 1, ..*dense };
+            let (mesh, reference) = Nested::new(&scene, extent.pick(*dense, quick))?;
+            let case = Case::new(&scene, mesh, parts, &reference)?;
+            runs.push(Run::of(name, element_m, grading > 1.0, &case, parts));
         }
     }
     Ok(runs)

@@ -12,8 +12,9 @@ use crate::experiments::ExperimentError;
 use crate::experiments::validation::formulas::visible_polygon;
 use crate::geom::DVec3;
 use crate::mesh::{Mesh, SurfacePoint};
-use crate::reconstruct::metrics::Reference;
+use crate::reconstruct::metrics::{self, Reference};
 use crate::scene::{Light, Scene, Shape, Surface};
+use crate::units::Rgb;
 
 /// What sends the light.
 #[derive(Clone, Debug)]
@@ -78,11 +79,24 @@ impl Shadow {
                 }
             }
             Sender::Point(position, intensity) => {
-                let r = *position - x;
-                let cos = normal.dot(r).max(0.0) / r.length();
-                if self.hides(x, r) { 0.0 } else { intensity * cos / r.length_squared() }
+                let hidden = self.hides(x, *position - x);
+                if hidden { 0.0 } else { from_point(*position, *intensity, x, normal) }
             }
         }
+    }
+
+    /// Values at the vertices of a mesh whose edges stand for shadow lines: a vertex on one is wholly on its elements' side,
+    /// as in pass 1.
+    pub fn vertex_values(&self, mesh: &Mesh) -> Vec<Rgb> {
+        let mut values = metrics::vertex_values(mesh, self);
+        let Sender::Point(position, intensity) = &self.sender else { return values };
+        for v in mesh.line_vertices() {
+            let (vertex, inside) = (&mesh.vertices[v.0 as usize], mesh.centroid(mesh.elements_around(*v)[0]));
+            let lit = !self.hides(inside, *position - inside);
+            let e = if lit { from_point(*position, *intensity, vertex.position, vertex.normal) } else { 0.0 };
+            values[v.0 as usize] = Rgb::splat(e);
+        }
+        values
     }
 
     /// Whether the way from x along all of r crosses the blocker.
@@ -98,6 +112,12 @@ impl Shadow {
             (b - a).truncate().perp_dot((at - a).truncate()) <= 0.0
         })
     }
+}
+
+/// Irradiance of a point light that nothing hides.
+fn from_point(position: DVec3, intensity: f64, x: DVec3, normal: DVec3) -> f64 {
+    let r = position - x;
+    intensity * normal.dot(r).max(0.0) / r.length().powi(3)
 }
 
 impl Reference for Shadow {
