@@ -37,7 +37,7 @@ impl Way {
 pub fn ways() -> [Way; 9] {
     use GradientRule::{FacetNormals, LeastSquares, SeedEdgeNormals, Zero};
     [
-        Way::new("constant", Method::Constant, LeastSquares),
+        Way::new(CONSTANT, Method::Constant, LeastSquares),
         Way::new(BILINEAR, Method::Bilinear, LeastSquares),
         Way::new("quadratic", Method::Quadratic, LeastSquares),
         Way::new("cubic-triangle", Method::CubicTriangle, LeastSquares),
@@ -49,6 +49,8 @@ pub fn ways() -> [Way; 9] {
     ]
 }
 
+/// Means of elements.
+pub const CONSTANT: &str = "constant";
 /// Gouraud's method.
 pub const BILINEAR: &str = "bilinear";
 /// Hermite with least-squares gradients.

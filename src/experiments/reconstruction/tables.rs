@@ -5,7 +5,7 @@
 //! ```
 
 use super::lit_cube::Light;
-use super::measure::{Measured, ways};
+use super::measure::{CONSTANT, LIMITED, Measured, ways};
 use super::pictures::Shown;
 use super::scenes::{Graded, Run};
 use crate::experiments::plot::{Mark, Panel, Scale, Series};
@@ -145,10 +145,12 @@ pub fn shown_table(shown: &[Shown]) -> Table {
     table
 }
 
-/// A metric over elements, a line a method: even meshes.
+/// A metric over elements, a line a method that interpolates: even meshes.
 pub fn panel(title: &str, axis: &str, runs: &[&Run], metric: impl Fn(&Metrics) -> f64) -> Panel {
     let mut panel = Panel::new(title, ("elements along a metre", Scale::Log), (axis, Scale::Log));
-    for (colour, way) in ways().into_iter().enumerate() {
+    // Where nothing is limited that line is `hermite`'s, and there are seven colours.
+    let drawn = ways().into_iter().filter(|w| !matches!(w.name, CONSTANT | LIMITED));
+    for (colour, way) in drawn.enumerate() {
         let points = runs.iter().map(|r| (1.0 / r.element_m, metric(&r.by(way.name).all)));
         // What is 0 has no place on a logarithmic axis.
         let points: Vec<(f64, f64)> = points.filter(|p| p.1 > 0.0).collect();

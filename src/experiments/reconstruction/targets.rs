@@ -6,7 +6,7 @@
 
 use super::lit_cube::Light;
 use super::literal::{Returned, Scaled};
-use super::measure::{BILINEAR, HERMITE, LIMITED, LITERAL, ZERO};
+use super::measure::{BILINEAR, CONSTANT, HERMITE, LIMITED, LITERAL, ZERO};
 use super::pictures::Shown;
 use super::scenes::{Graded, Run, STATED};
 use crate::experiments::Check;
@@ -205,9 +205,17 @@ pub fn graded_says(rows: &[Graded], parts: &[&str]) -> Vec<String> {
 pub fn scene_says(run: &Run) -> String {
     let of = |name: &str| &run.by(name).all;
     let (b, h, l) = (of(BILINEAR), of(HERMITE), of(LIMITED));
+    let bands = || run.rows.iter().filter(|(way, _)| way.name != CONSTANT).map(|(_, m)| m.all.band);
+    let (least, most) = (bands().fold(f64::INFINITY, f64::min), bands().fold(0.0, f64::max));
+    let alike = match most < 1.15 * least {
+        true => {
+            " Bands of all that interpolate are alike: what the mesh does not resolve, and noise, outweigh the method."
+        }
+        false => "",
+    };
     format!(
         "{}, {}: L2 {:.2} % bilinear, {:.2} % `hermite`, {:.2} % limited; band {:.3}, {:.3}, {:.3} 1/m; overshoot {:.2}, {:.2}, \
-         {:.2} %; negative over {:.2}, {:.2}, {:.2} % of the area; {}.",
+         {:.2} %; negative over {:.2}, {:.2}, {:.2} % of the area; {}.{alike}",
         run.scene,
         run.mesh,
         100.0 * b.l2,
