@@ -163,7 +163,7 @@ fn compare_of_pictures_measures_the_mach_bands_that_the_second_adds_and_draws_th
     std::fs::write(place.path("crease.exr"), picture(0.125)).unwrap();
     let args = ["compare", "flat.exr", "crease.exr", "--bands", "map.png", "--report", "d.json"];
     let text = place.exits(0, &args).stdout;
-    assert!(text.contains("bands added") && text.contains("most at column 8"), "{text}");
+    assert!(text.contains("new bands") && text.contains("most at column 8"), "{text}");
     let bands = &place.json("d.json")["mach_bands"];
     assert_eq!((&bands["n_pixels"], &bands["rms_a"]), (&Value::from(14 * 7), &Value::from(0.0)));
     // One of 14 columns.

@@ -41,11 +41,14 @@ fn compare_pictures(args: &CompareArgs) -> Result<Outcome, CliError> {
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let difference = difference(&a, &b, args.threshold)?;
     let passed = difference.n_over_threshold == 0;
+    let bands = mach_bands(&a, &b);
     let mut files = OutputFiles::new();
     let mut band_scale = None;
     if let Some(path) = &args.bands {
         let maps = [crease_map(&a), crease_map(&b)];
-        let scale = args.band_scale.unwrap_or_else(|| maps[0].scale().max(maps[1].scale()));
+        let own = || maps[0].scale().max(maps[1].scale());
+        let added = bands.map(|b| b.p99_added).filter(|p| *p > 0.0);
+        let scale = args.band_scale.or(added).unwrap_or_else(own);
         files.stage(path, encode_crease_maps(&[&maps[0], &maps[1]], scale)?);
         band_scale = Some(scale);
     }
@@ -54,7 +57,7 @@ fn compare_pictures(args: &CompareArgs) -> Result<Outcome, CliError> {
         a: args.a.clone(),
         b: args.b.clone(),
         difference,
-        mach_bands: mach_bands(&a, &b),
+        mach_bands: bands,
         band_scale,
         passed,
     };

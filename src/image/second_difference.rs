@@ -130,9 +130,9 @@ fn percentile(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl CreaseMap {
-    /// The magnitude that an automatic scale shows as white or black: the 99th percentile.
+    /// The magnitude that an automatic scale shows as white or black: the 99th percentile of what is under a border's.
     pub fn scale(&self) -> f64 {
-        percentile(self.values.iter().copied())
+        percentile(self.values.iter().copied().filter(|v| v.abs() <= BORDER))
     }
 
     fn colour(&self, x: usize, y: usize, scale: f64) -> [u8; 3] {

@@ -6,9 +6,11 @@
 //! kinked: |D_v| over 5 % of the largest of the three, and under 1/8 of it both at a and at a2 (where there is one);
 //!         or |D_v| over 3/4 of it, whatever is beside: light and dark side by side
 //! ```
-//! No kink where D is of one sign and not small at v, at b and at the vertex after b: a kink between two vertices bends
-//! those two, a crest of a smooth field more. Luminance. Two in a row, because D of a smooth field passes through 0 at an inflection, but does not stay there. Lines go
-//! on through a vertex over the edge most opposite; they never cross a C0 edge, whose kink is known already.
+//! No kink by the first of these where D is of one sign and not small at v, at b and at the vertex after b: a kink between
+//! two vertices bends those two, a crest of a smooth field more.
+//!
+//! Luminance. Two in a row at a and a2, because D of a smooth field passes through 0 at an inflection, but does not stay
+//! there. Lines go on through a vertex over the edge most opposite; they never cross a C0 edge, whose kink is known already.
 //!
 //! Not used: visibility of single sources, which a solution does not keep.
 

@@ -211,7 +211,7 @@ pub fn compare_summary(r: &CompareReport) -> String {
         );
         line(
             &mut out,
-            "bands added",
+            "new bands",
             format_args!("{:.3e} RMS, {:.3e} at the 99th percentile{at}", bands.rms_added, bands.p99_added),
         );
     }

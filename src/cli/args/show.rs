@@ -17,7 +17,7 @@ use crate::scene::MAX_ELEMENTS;
   radeng compare before.json after.json --threshold 0       exit status 1 when any counter changed
 
 Pictures: a pixel's difference is that of its worst channel; shares are of A's mean luminance. An eye sees a Mach band \
-    where the slope of luminance breaks: `creases` are the second differences of A and of B, `bands added` those of B - A, \
+    where the slope of luminance breaks: `creases` are the second differences of A and of B, `new bands` those of B - A, \
     without the borders of objects, where A has over 1 % of its mean luminance.
 
 Reports: two of simulate, two of render or two of solve, with a board. Canonical work comes first: rays, cells, tests \
@@ -37,7 +37,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE.png")]
     pub bands: Option<PathBuf>,
     /// Second difference that --bands shows white or black (share of the mean luminance per square of a pixel) [default:
-    /// the larger of the pictures' 99th percentiles]
+    /// the 99th percentile of what B adds to A, else of both, borders left out]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, requires = "bands")]
     pub band_scale: Option<f64>,
     /// Write a JSON report (radeng/compare/1, of reports radeng/compare-runs/1)
