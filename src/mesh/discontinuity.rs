@@ -63,7 +63,8 @@ impl Mesh {
         &self.discontinuities
     }
 
-    /// Vertices at which a broken line parts the elements, every group's own, in rising order.
+    /// Vertices that a broken line parts from others at their place, or from the coarse edge that they would hang on; in
+    /// rising order. Not the ends of lines.
     pub fn line_vertices(&self) -> &[VertexId] {
         &self.line_vertices
     }
@@ -100,24 +101,27 @@ impl Mesh {
                 });
             }
         }
-        // Ends of broken edges, and what hangs on them.
+        // Ends of broken edges; what hung on them is on the line too, on its fine side alone.
         let mut touched = BTreeSet::new();
+        let mut freed = BTreeSet::new();
         for &(element, edge) in &broken {
             let (a, b) = self.elements[element.0 as usize].corners.edge(edge);
             touched.extend([a, b]);
-            touched.extend(self.hanging_on(element, edge).map(|h| h.vertex));
+            freed.extend(self.hanging_on(element, edge).map(|h| h.vertex));
         }
         for &(element, edge) in &broken {
             let element = &mut self.elements[element.0 as usize];
             (element.continuity[edge], element.neighbours[edge]) = (Continuity::Broken, None);
         }
         self.hanging.retain(|h| !broken.contains(&(h.coarse, usize::from(h.edge))));
-        self.split_vertices(&touched);
+        touched.extend(&freed);
+        self.split_vertices(&touched, &freed);
         Ok(())
     }
 
-    /// Gives each group of elements around these vertices its own one.
-    fn split_vertices(&mut self, touched: &BTreeSet<VertexId>) {
+    /// Gives each group of elements around these vertices its own one. Those `freed` have a line on one side of all their
+    /// elements.
+    fn split_vertices(&mut self, touched: &BTreeSet<VertexId>, freed: &BTreeSet<VertexId>) {
         let hangs: HashMap<VertexId, [ElementId; 2]> =
             self.hanging.iter().map(|h| (h.vertex, h.fine)).collect();
         let mut moved: Vec<(ElementId, VertexId)> = Vec::new();
@@ -125,6 +129,7 @@ impl Mesh {
             let groups = self.groups_around(vertex, hangs.get(&vertex));
             let [first, others @ ..] = &groups[..] else { continue };
             if others.is_empty() {
+                self.line_vertices.extend(freed.get(&vertex));
                 continue;
             }
             let old = self.vertices[vertex.0 as usize];

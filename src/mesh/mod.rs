@@ -81,7 +81,7 @@ pub struct Mesh {
     pub hanging: Vec<Hanging>,
     /// Edges inside continuity groups across which less continues, as asked for.
     discontinuities: Vec<Discontinuity>,
-    /// Vertices that broken lines part, in rising order.
+    /// Vertices on one side of a broken line, in rising order.
     line_vertices: Vec<VertexId>,
     /// Compressed rows: elements around vertex v are `around[starts[v]..starts[v + 1]]`.
     vertex_element_starts: Vec<u32>,

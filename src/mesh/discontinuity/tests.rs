@@ -173,6 +173,8 @@ fn line_along_a_coarse_edge_frees_what_hangs_on_it_and_one_that_ends_there_parts
     assert_eq!(cut.hanging.len(), 3);
     let along = parted(&scene, &mesh, lines(&mesh, Continuity::Broken, |m| m.x == 0.5));
     assert_eq!((along.hanging.len(), along.vertices.len()), (0, mesh.vertices.len() + 5));
+    // Both sides' ends of coarse edges, and what hung between them on the fine side.
+    assert_eq!(along.line_vertices().len(), 2 * 5 + 4);
     // From the left up to the coarse edge.
     let up_to = parted(&scene, &mesh, lines(&mesh, Continuity::Broken, |m| m.y == 0.125 && m.x < 0.5));
     assert_eq!(up_to.hanging.len(), 4);

@@ -244,6 +244,22 @@ fn step_of_a_point_lights_shadow_stays_a_step_on_and_off_the_element_edges() {
     }
 }
 
+#[test]
+fn step_of_a_refined_mesh_is_one_at_every_vertex_on_its_line_whatever_hangs_there() {
+    let mut scene = plate_room(700);
+    let corners = [v(1.5, 1.5, 0.95), v(2.5, 1.5, 0.95), v(2.5, 2.5, 0.95), v(1.5, 2.5, 0.95)];
+    scene.surfaces[6].shape = Shape::Quad(corners.map(|c| c + v(0.007, 0.007, 0.0)));
+    let options = RefineOptions { max_depth: 2, wanted_error: 0.05, ..RefineOptions::default() };
+    let (mesh, _) = refined(&scene, &options);
+    let shares = shares_on_lines(&scene, &mesh);
+    assert!(shares.len() > 100, "{}", shares.len());
+    for (v, share) in shares {
+        let inside = mesh.centroid(mesh.elements_around(v)[0]) - DVec3::new(2.014, 2.014, 0.0);
+        let right = if inside.x.abs().max(inside.y.abs()) < 1.0 { 0.0 } else { 1.0 };
+        assert!((share - right).abs() < 1e-5, "{share} at {}", mesh.vertices[v.0 as usize].position);
+    }
+}
+
 /// A room of 4 x 4 x 2 m, a lamp of 1 x 1 m in the middle of its ceiling and a plate of 1 x 1 m halfway up under it: on the
 /// floor umbra to 0.5 m from the middle, penumbra to 1.5 m.
 fn lamp_room() -> Scene {
