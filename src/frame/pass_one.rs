@@ -14,7 +14,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::checkpoint::{Checkpoint, Keeper};
 use crate::radiosity::refine::{self, RefineOptions, RefineReport};
 use crate::radiosity::row_cache::RowCache;
-use crate::radiosity::{self, Solution, SolveError, SolveOptions, Start, solution_file};
+use crate::radiosity::{self, Aids, Solution, SolveError, SolveOptions, Start, solution_file};
 use crate::raycast::RayCaster;
 use crate::report::Timings;
 use crate::scene::Scene;
@@ -176,8 +176,8 @@ fn planned(
     let offset_m = caster.surface_offset_m();
     let open = |path: &PathBuf| RowCache::open(path, scene, mesh, &options, plan.caster.clone(), offset_m);
     let mut rows = plan.rows.as_ref().map(open).transpose().map_err(SolveError::from)?;
-    let solution =
-        radiosity::solve_on(scene, mesh, caster, &options, start, checkpoint, rows.as_mut(), progress)?;
+    let aids = Aids { checkpoint, rows: rows.as_mut() };
+    let solution = radiosity::solve_on(scene, mesh, caster, &options, start, aids, progress)?;
     if let Some(rows) = rows {
         rows.write().map_err(SolveError::from)?;
     }

@@ -2,7 +2,7 @@ use super::*;
 use crate::framed_file::tests::assert_damage_is_refused;
 use crate::radiosity::solution_file::{Stored, load_of_geometry, save};
 use crate::radiosity::tests::{cluttered, lit_cube};
-use crate::radiosity::{FormFactorMethod, Solution, SolveError, solve_on};
+use crate::radiosity::{Aids, FormFactorMethod, Solution, SolveError, solve_on};
 use crate::raycast::software::SoftwareCaster;
 
 const NEVER: Duration = Duration::from_secs(3600);
@@ -28,7 +28,15 @@ fn in_pieces(
             stop.store(n >= steps, Ordering::Relaxed);
         };
         let start = start.map_or(Start::Anew, Start::From);
-        match solve_on(scene, &mesh, &mut caster, options, start, Some(&mut checkpoint), None, &mut count) {
+        match solve_on(
+            scene,
+            &mesh,
+            &mut caster,
+            options,
+            start,
+            Aids { checkpoint: Some(&mut checkpoint), rows: None },
+            &mut count,
+        ) {
             Err(SolveError::Checkpoint(CheckpointError::Stopped { .. })) => {}
             other => {
                 let solution = other.unwrap();
@@ -81,7 +89,7 @@ fn relighting_in_pieces_gives_the_bits_of_one() {
     let (pieces, stops) = in_pieces(&new, &options, Some(&stored), 9);
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let start = Start::From(&stored);
-    let one = solve_on(&new, &mesh, &mut caster, &options, start, None, None, &mut |_| {}).unwrap();
+    let one = solve_on(&new, &mesh, &mut caster, &options, start, Aids::default(), &mut |_| {}).unwrap();
     assert!(stops > 2 && pieces.earlier.is_some(), "{stops}");
     assert_eq!(pieces, one);
 }
@@ -98,7 +106,16 @@ fn left_behind(
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let mut checkpoint = Checkpoint::open(folder, NEVER, stop, caster_name.into())?;
     let start = Start::Anew;
-    solve_on(scene, &mesh, &mut caster, options, start, Some(&mut checkpoint), None, &mut |_| {}).map(|_| ())
+    solve_on(
+        scene,
+        &mesh,
+        &mut caster,
+        options,
+        start,
+        Aids { checkpoint: Some(&mut checkpoint), rows: None },
+        &mut |_| {},
+    )
+    .map(|_| ())
 }
 
 #[test]

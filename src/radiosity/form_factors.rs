@@ -8,8 +8,7 @@
 //! Source points: one a stratum (quarter) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
 //! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and a
 //! vertex takes the mean share of its elements, all at one stratum of the shooter, or, where its strata see different
-//! things (half of it under a block), 64 neighbouring elements at the same one, and at all of them where the form factor
-//! is large. Dense: each quadrature point looks at
+//! things (half of it under a block), 64 neighbouring elements at the same one. Dense: each quadrature point looks at
 //! one stratum, so that those of an element cover them all, and a vertex at one of its own. A stratum below the
 //! receiver's horizon is passed over; when all are, the middle of what is above it is looked at.
 //! Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
@@ -37,9 +36,6 @@ use crate::scene::SurfaceId;
 const N_STRATA: usize = 4;
 /// Bit of a ray to the middle of what is above the horizon.
 const MIDDLE: u8 = 1 << N_STRATA;
-/// A form factor above this is looked at with all strata: one ray that is wrong would shift a row sum by as much. Rows sum
-/// to 1, so few are.
-const LARGE_FACTOR: f64 = 0.03;
 /// Source points keep this share of a stratum's width off its edges, where a wall may stand.
 const STRATUM_MARGIN: f64 = 0.02;
 /// Parts that the receivers of a query are cut into.
@@ -285,8 +281,7 @@ impl FormFactors<'_> {
             let group = if aim.uneven { 1 + u64::from(receiver.owner) / MAX_BUNDLE_RAYS as u64 } else { 0 };
             hash(self.seed, shooter.key, 4 << 40 | group) as usize
         };
-        let full = aim.full || kernels[i] > LARGE_FACTOR;
-        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, full)
+        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, aim.full)
     }
 
     /// `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].

@@ -331,11 +331,19 @@ pub fn solve(
     options: &SolveOptions,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    shooting::run(scene, mesh, caster, options, Start::Anew, None, None, progress)
+    shooting::run(scene, mesh, caster, options, Start::Anew, Aids::default(), progress)
 }
 
-/// Runs pass 1 from `start`, or from where `checkpoint` says that it got to; keeps its state there now and then. Rows of form
-/// factors that are in `rows` are not cast; those that are cast go there.
+/// Files that a solve is helped by.
+#[derive(Debug, Default)]
+pub struct Aids<'a> {
+    /// It goes on from where this says that it got to, and keeps its state there now and then.
+    pub checkpoint: Option<&'a mut Checkpoint>,
+    /// Rows of form factors that are here are not cast; those that are cast go here.
+    pub rows: Option<&'a mut RowCache>,
+}
+
+/// Runs pass 1 from `start`.
 ///
 /// # Errors
 /// [`SolveError`] when the caster fails, the checkpoint is of another solve, or the solve was asked to stop.
@@ -345,11 +353,10 @@ pub fn solve_on(
     caster: &mut dyn RayCaster,
     options: &SolveOptions,
     start: Start<'_>,
-    checkpoint: Option<&mut Checkpoint>,
-    rows: Option<&mut RowCache>,
+    aids: Aids<'_>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
-    shooting::run(scene, mesh, caster, options, start, checkpoint, rows, progress)
+    shooting::run(scene, mesh, caster, options, start, aids, progress)
 }
 
 /// Solves a small scene exactly, by a dense linear solve over its patches.

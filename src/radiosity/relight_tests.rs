@@ -1,7 +1,7 @@
 use crate::mesh::Mesh;
 use crate::radiosity::solution_file::{load_of_geometry, save};
 use crate::radiosity::tests::{grey, lit_cube, room, scene};
-use crate::radiosity::{Solution, SolveOptions, Start, solve, solve_on};
+use crate::radiosity::{Aids, Solution, SolveOptions, Start, solve, solve_on};
 use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Light, Scene};
 use crate::units::Rgb;
@@ -25,7 +25,7 @@ fn relit(old: &Scene, new: &Scene, options: &SolveOptions) -> Solution {
     save(&path, old, &mesh, options, &solved(old, options)).unwrap();
     let stored = load_of_geometry(&path, new, &mesh).unwrap();
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
-    solve_on(new, &mesh, &mut caster, options, Start::From(&stored), None, None, &mut |_| {}).unwrap()
+    solve_on(new, &mesh, &mut caster, options, Start::From(&stored), Aids::default(), &mut |_| {}).unwrap()
 }
 
 /// Largest difference of an element's irradiance over the mean irradiance.
@@ -172,7 +172,8 @@ fn relighting_twice_counts_the_solves_and_their_shots() {
         scene = of(m);
         let stored = load_of_geometry(&path, &scene, &mesh).unwrap();
         let start = Start::From(&stored);
-        solution = solve_on(&scene, &mesh, &mut caster, &options, start, None, None, &mut |_| {}).unwrap();
+        solution =
+            solve_on(&scene, &mesh, &mut caster, &options, start, Aids::default(), &mut |_| {}).unwrap();
         let earlier = solution.earlier.unwrap();
         assert_eq!((earlier.n_solves, earlier.n_shots), (i as u32 + 1, n_shots));
     }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::radiosity::tests::{cluttered, lit_cube};
-use crate::radiosity::{Solution, Start, solve, solve_on};
+use crate::radiosity::{Aids, Solution, Start, solve, solve_on};
 use crate::raycast::RayCaster;
 use crate::raycast::software::SoftwareCaster;
 
@@ -10,9 +10,16 @@ fn solved(path: &Path, scene: &Scene, options: &SolveOptions) -> Result<Solution
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let offset_m = caster.surface_offset_m();
     let mut cache = RowCache::open(path, scene, &mesh, options, "software".to_owned(), offset_m)?;
-    let solution =
-        solve_on(scene, &mesh, &mut caster, options, Start::Anew, None, Some(&mut cache), &mut |_| {})
-            .unwrap();
+    let solution = solve_on(
+        scene,
+        &mesh,
+        &mut caster,
+        options,
+        Start::Anew,
+        Aids { checkpoint: None, rows: Some(&mut cache) },
+        &mut |_| {},
+    )
+    .unwrap();
     cache.write()?;
     Ok(solution)
 }

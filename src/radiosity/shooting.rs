@@ -16,7 +16,6 @@
 
 use rayon::prelude::*;
 
-use super::checkpoint::Checkpoint;
 use super::emitters::{self, Emitter};
 use super::form_factors::{FormFactors, Row, ShooterId, StrayShares};
 use super::light_shots::{self, LightShot};
@@ -26,7 +25,7 @@ use super::row_cache::RowCache;
 use super::rows::{self, RowStore};
 use super::state::{State, magnitude};
 use super::stochastic::{self, Stochastic};
-use super::{FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
+use super::{Aids, FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
 use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
 use crate::raycast::{CastError, RayCaster};
@@ -60,8 +59,7 @@ pub(super) fn run(
     caster: &mut dyn RayCaster,
     options: &SolveOptions,
     start: Start<'_>,
-    mut checkpoint: Option<&mut Checkpoint>,
-    row_cache: Option<&mut RowCache>,
+    Aids { mut checkpoint, rows: row_cache }: Aids<'_>,
     progress: &mut dyn FnMut(SolveProgress),
 ) -> Result<Solution, SolveError> {
     let offset_m = caster.surface_offset_m();

@@ -28,6 +28,8 @@ enum Limit {
     Mesh,
     /// Few visibility rays.
     Rays,
+    /// Facets of curved surfaces: as few as they may be in all three meshes.
+    Facets,
     /// The error of the reference.
     Reference,
 }
@@ -62,9 +64,17 @@ pub struct Converged {
 pub fn run() -> Result<Converged, ExperimentError> {
     let mut lines = Vec::new();
     for case in view_factors::cases() {
-        let rows = [case.row(ELEMENTS[0])?, case.row(ELEMENTS[1])?, case.row(ELEMENTS[2])?];
-        let limit = if case.is_sampled() { Limit::Rays } else { Limit::Mesh };
-        lines.push(line(&rows.each_ref(), limit));
+        let [(a, coarse), (b, _), (c, fine)] = [
+            case.row_and_patches(ELEMENTS[0])?,
+            case.row_and_patches(ELEMENTS[1])?,
+            case.row_and_patches(ELEMENTS[2])?,
+        ];
+        let limit = match case.is_sampled() {
+            true => Limit::Rays,
+            false if fine < 2 * coarse => Limit::Facets,
+            false => Limit::Mesh,
+        };
+        lines.push(line(&[&a, &b, &c], limit));
     }
     let cubes =
         [lit_cube::rows(LIT_CUBE_M[0])?, lit_cube::rows(LIT_CUBE_M[1])?, lit_cube::rows(LIT_CUBE_M[2])?];
@@ -91,6 +101,7 @@ impl Converged {
             let [a, b, c] = line.errors.map(|e| Cell::Number(100.0 * e));
             let rate = match (line.rate(), line.limit) {
                 (_, Limit::Rays) => Cell::Text("visibility rays".to_owned()),
+                (_, Limit::Facets) => Cell::Text("least facets in all three".to_owned()),
                 (None, _) => Cell::Text("rounding".to_owned()),
                 (Some(rate), _) => Cell::Text(format!("{rate:.1}")),
             };

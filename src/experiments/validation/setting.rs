@@ -146,6 +146,12 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Patches of the front of a surface.
+    pub fn n_patches(&self, surface: &str) -> usize {
+        let at = self.scene.surfaces.iter().position(|s| s.name == surface);
+        at.map_or(0, |i| self.mesh.surfaces[i].front.len())
+    }
+
     /// Power that arrives on the surfaces whose names begin so (W).
     pub fn incident_w(&self, name: &str) -> f64 {
         self.surfaces.iter().filter(|s| s.name.starts_with(name)).map(|s| s.incident_w.0[1]).sum()

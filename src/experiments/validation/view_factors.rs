@@ -37,15 +37,24 @@ impl ViewFactor {
     /// # Errors
     /// None in software.
     pub fn row(&self, elements: u32) -> Result<Row, ExperimentError> {
+        Ok(self.row_and_patches(elements)?.0)
+    }
+
+    /// The same, and how many patches the emitter was cut into: facets, where it is curved.
+    ///
+    /// # Errors
+    /// None in software.
+    pub fn row_and_patches(&self, elements: u32) -> Result<(Row, usize), ExperimentError> {
         let answer = self.setting.solve(elements)?;
-        Ok(Row {
+        let row = Row {
             group: Group::ViewFactor,
             case: self.name.to_owned(),
             formula: self.formula,
             expected: self.expected,
             ours: answer.incident_w("receiver") / answer.emitted_w(),
             bound: self.bound,
-        })
+        };
+        Ok((row, answer.n_patches("emitter")))
     }
 }
 
