@@ -27,7 +27,7 @@
 //!
 //! Source: Foley, van Dam et al. 1990, section 11.2; Bastos et al. 1992; Clough, Tocher 1965; Powell, Sabin 1977;
 //! Salesin, Lischinski, DeRose 1992 (cubic triangles with chosen discontinuities); Fritsch, Carlson 1980.
-//! Not modelled: edges of several fields at once, rational patches; the limiter looks at luminance only.
+//! Not modelled: the visibility of single sources as a sign of kinks; the limiter looks at luminance only.
 
 use std::sync::Arc;
 
