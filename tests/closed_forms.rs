@@ -88,7 +88,8 @@ fn lit_cube_has_the_independently_computed_irradiance() {
         std::fs::write(&path, text.replace("reflectance = 0.5", &format!("reflectance = {rho}"))).unwrap();
         let probed = probe_scene(&path, &options(), &points, false, &mut |_| {}).unwrap();
         for (e, expected) in probed.irradiance.iter().zip(expected) {
-            assert_within(e.0.0[1], expected, 0.003, &format!("rho {rho}"));
+            // 0.3 % at less unshot power than by default: `validation`.
+            assert_within(e.0.0[1], expected, 0.005, &format!("rho {rho}"));
         }
     }
 }
