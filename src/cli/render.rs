@@ -34,6 +34,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     let mut picture =
         plan::resolve_picture(&args.picture, plan::resolve_reconstruction(args)?, args.cast.seed);
+    picture.method = plan::resolve_method(args.method);
     picture.ambient = args.ambient;
     picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
 

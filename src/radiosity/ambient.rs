@@ -38,6 +38,15 @@ pub fn irradiance(scene: &Scene, mesh: &Mesh, solution: &Solution) -> Rgb {
     Rgb([of(0), of(1), of(2)])
 }
 
+/// The ambient irradiance (W/m^2) of a scene that nothing was solved of: the reflections of all that surfaces emit.
+pub fn of_emission(scene: &Scene, mesh: &Mesh) -> Rgb {
+    let mut nothing_shot = Solution::dark(mesh);
+    for (patch, unshot) in mesh.patches.iter().zip(&mut nothing_shot.unshot) {
+        unshot.emitted = scene.surfaces[patch.surface.0 as usize].exitance;
+    }
+    irradiance(scene, mesh, &nothing_shot)
+}
+
 /// A copy of the solution with `ambient` (W/m^2) added to the indirect light of every element and vertex: for display.
 pub fn added(solution: &Solution, ambient: Rgb) -> Solution {
     let mut shown = solution.clone();

@@ -1,38 +1,40 @@
 //! Pass 2: camera bundles, shading, specular recursion.
 //!
 //! ```text
-//! camera.rs tiles (Morton) --closest_hits--> shade.rs --diffuse--> ShadePoints --direct/--> D, reconstruct/ --> R[E]
-//!                                              |--mirror, glass--> explicit rays: the next wave
-//! film += weight (M + rho (D + R[E_indirect])) / pi
+//! camera.rs tiles (Morton) --closest_hits--> trait Shader (shader.rs) --Seen--> film
+//!                                              |-- two_pass.rs: stored and sampled light
 //! ```
-//! Waves: all camera rays of a band of tiles, then all their specular children, and so on to the depth limit; each wave
-//! is one query for hits and a few for shadows. The order of queries and sums is fixed, so the picture has the same bits
-//! for any number of threads.
-//! Source: Jansen, Kok 1992 (two-pass method); Whitted 1980 (specular recursion).
-//!
-//! Not modelled yet: the choice of stored or sampled sources (all are sampled), caustics.
+//! A wave is one sample of all pixels of a band of tiles. The order of queries and sums is fixed, so the picture has the
+//! same bits for any number of threads.
 
 mod camera;
+mod method;
 mod optics;
-mod shade;
-
-use rayon::prelude::*;
+mod shader;
+mod surfaces;
+mod two_pass;
 
 use crate::direct::DirectLight;
 use crate::image::Film;
 use crate::mesh::Mesh;
-use crate::radiosity::Solution;
-use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster, RayHit};
+use crate::radiosity::{Solution, SplitIrradiance, ambient};
+use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster};
 use crate::reconstruct::{GradientRule, Method, ReconstructOptions, Reconstruction, TwistRule};
 use crate::scene::{Camera, Scene};
 use crate::units::{Irradiance, Rgb};
 use camera::{Tile, View, morton_tiles};
-use shade::{Outcome, Path, Shader};
+pub use method::RenderMethod;
+use shader::{CameraRay, Shader};
+use surfaces::Surfaces;
+use two_pass::{Stored, TwoPass};
 
 /// How pass 2 is run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RenderOptions {
+    /// Which light is stored, which is sampled.
+    #[serde(default)]
+    pub method: RenderMethod,
     /// Columns.
     pub width: u32,
     /// Rows.
@@ -62,6 +64,7 @@ pub struct RenderOptions {
 impl Default for RenderOptions {
     fn default() -> Self {
         RenderOptions {
+            method: RenderMethod::TwoPass,
             width: 256,
             height: 256,
             samples: 1,
@@ -109,11 +112,6 @@ impl RenderOptions {
     }
 }
 
-/// Sums of the irradiance that a picture's camera rays meet, and how many met any, a pixel.
-struct Received {
-    sums: Vec<(Rgb, u32)>,
-}
-
 /// Camera tiles per band: bounds the paths held at once.
 const TILES_PER_BAND: usize = 256;
 
@@ -136,12 +134,7 @@ pub fn render(
     let (width, height) = (options.width as usize, options.height as usize);
     let samples = options.samples.clamp(1, MAX_SAMPLES);
     let view = View::new(camera, options.width, options.height);
-    let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.indirect).collect();
-    let element: Vec<Rgb> = solution.element_irradiance.iter().map(|e| e.indirect).collect();
-    let reconstruction = Reconstruction::new(mesh, options.reconstruction(), &vertex, &element);
-    let offset_m = caster.surface_offset_m();
-    let direct = DirectLight::new(scene, mesh, offset_m);
-    let shader = Shader { scene, mesh, reconstruction: &reconstruction, offset_m };
+    let mut shader = shader_of(scene, mesh, solution, caster.surface_offset_m(), options);
     let mut picture = Rendering {
         film: Film {
             width,
@@ -153,35 +146,39 @@ pub fn render(
         n_camera_rays: 0,
         irradiance: None,
         clamped: vec![false; width * height],
-        limited_vertices: reconstruction.limited_vertices(),
+        limited_vertices: shader.limited_vertices(),
     };
-    let mut received = options.irradiance.then(|| Received { sums: vec![(Rgb::BLACK, 0); width * height] });
+    // Sum of what the pixel's rays met, and how many met any.
+    let mut received = options.irradiance.then(|| vec![(Rgb::BLACK, 0_u32); width * height]);
     let tiles = morton_tiles(options.width, options.height);
     let n_bands = tiles.len().div_ceil(TILES_PER_BAND) * samples as usize;
     let mut done = 0;
     for band in tiles.chunks(TILES_PER_BAND) {
         for sample in 0..samples {
-            let (bundles, paths) = camera_wave(&view, band, sample, samples, options, &mut picture);
+            let (bundles, rays) = camera_wave(&view, band, sample, samples, options.width);
             let hits = caster.closest_hits(Purpose::Primary, Query::Bundles(&bundles))?;
+            picture.n_camera_rays += rays.len() as u64;
             let weight = 1.0 / f64::from(samples);
-            trace_waves(
-                &shader,
-                &direct,
-                caster,
-                options,
-                weight,
-                paths,
-                hits,
-                &mut picture,
-                received.as_mut(),
-            )?;
+            for (ray, seen) in rays.iter().zip(shader.see(caster, &rays, hits)?) {
+                picture.film.pixels[ray.pixel] += seen.radiance.0 * weight;
+                picture.film.emitter[ray.pixel] |= seen.emits;
+                picture.clamped[ray.pixel] |= seen.clamped;
+                if let Some(surface) = seen.back {
+                    picture.back_hits[surface.0 as usize] += 1;
+                }
+                if let (Some(received), Some(e)) = (&mut received, seen.irradiance) {
+                    let (sum, n) = &mut received[ray.pixel];
+                    *sum += e;
+                    *n += 1;
+                }
+            }
             done += 1;
             progress(done as f64 / n_bands as f64);
         }
     }
     picture.irradiance = received.map(|received| {
         let mean = |(sum, n): (Rgb, u32)| (n > 0).then(|| Irradiance(sum / f64::from(n)));
-        received.sums.into_iter().map(mean).collect()
+        received.into_iter().map(mean).collect()
     });
     Ok(picture)
 }
@@ -216,81 +213,52 @@ pub fn camera_ray_numbers(width: u32, height: u32, samples: u32, x: u32, y: u32)
     Vec::new()
 }
 
-/// The bundles of one sample of a band of tiles, and a path per ray in their order.
+/// The shader that a method wants.
+fn shader_of<'a>(
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    solution: &Solution,
+    offset_m: f64,
+    options: &RenderOptions,
+) -> TwoPass<'a> {
+    let field = |part: &dyn Fn(&SplitIrradiance) -> Rgb| {
+        let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(part).collect();
+        let element: Vec<Rgb> = solution.element_irradiance.iter().map(part).collect();
+        Stored::Field(Reconstruction::new(mesh, options.reconstruction(), &vertex, &element))
+    };
+    let sampled = || Some(DirectLight::new(scene, mesh, offset_m));
+    let (stored, direct) = match options.method {
+        RenderMethod::TwoPass => (field(&|e| e.indirect), sampled()),
+        RenderMethod::FullRadiosity => (field(&|e| e.total()), None),
+        RenderMethod::Whitted => (Stored::Ambient(ambient::of_emission(scene, mesh)), sampled()),
+    };
+    TwoPass {
+        surfaces: Surfaces { scene, mesh, offset_m },
+        stored,
+        direct,
+        shadow_strata: options.shadow_strata,
+        max_depth: options.max_depth,
+        seed: options.seed,
+        irradiance: options.irradiance,
+    }
+}
+
+/// The bundles of one sample of a band of tiles, and their rays.
 fn camera_wave(
     view: &View,
     band: &[Tile],
     sample: u32,
     samples: u32,
-    options: &RenderOptions,
-    picture: &mut Rendering,
-) -> (Vec<RayBundle>, Vec<Path>) {
+    width: u32,
+) -> (Vec<RayBundle>, Vec<CameraRay>) {
     let bundles: Vec<RayBundle> = band.iter().map(|tile| view.bundle(tile, sample, samples)).collect();
-    let mut paths = Vec::with_capacity(band.len() * 64);
+    let mut rays = Vec::with_capacity(band.len() * 64);
     for (tile, bundle) in band.iter().zip(&bundles) {
         for i in 0..bundle.n_rays() {
-            let pixel = tile.pixel(i, options.width);
-            paths.push(Path::camera(bundle.ray(i), pixel, sample));
+            rays.push(CameraRay { ray: bundle.ray(i), pixel: tile.pixel(i, width), sample });
         }
     }
-    picture.n_camera_rays += paths.len() as u64;
-    (bundles, paths)
-}
-
-/// Follows paths, wave by wave, and adds what they see to the film.
-#[expect(clippy::too_many_arguments, reason = "one loop over the parts that `render` set up")]
-fn trace_waves(
-    shader: &Shader<'_>,
-    direct: &DirectLight,
-    caster: &mut dyn RayCaster,
-    options: &RenderOptions,
-    sample_weight: f64,
-    mut paths: Vec<Path>,
-    mut hits: Vec<Option<RayHit>>,
-    picture: &mut Rendering,
-    mut first: Option<&mut Received>,
-) -> Result<(), CastError> {
-    for depth in 0..=options.max_depth {
-        let outcomes: Vec<Outcome> = paths
-            .par_iter()
-            .zip(&hits)
-            .map(|(path, hit)| shader.shade(path, *hit, first.is_some()))
-            .collect();
-        let points: Vec<_> = outcomes.iter().filter_map(|o| o.diffuse.map(|d| d.point)).collect();
-        let received = direct.gather(caster, &points, options.shadow_strata, options.seed)?;
-        let mut received = received.into_iter();
-        let mut next = Vec::new();
-        for (path, outcome) in paths.iter().zip(outcomes) {
-            let mut radiosity = outcome.exitance;
-            if let Some(diffuse) = outcome.diffuse {
-                let irradiance = received.next().unwrap_or(Rgb::BLACK) + diffuse.indirect;
-                radiosity += diffuse.reflectance * irradiance;
-                picture.clamped[path.pixel] |= diffuse.clamped;
-                if let Some(first) = &mut first {
-                    let (sum, n) = &mut first.sums[path.pixel];
-                    *sum += irradiance;
-                    *n += 1;
-                }
-            }
-            let radiance = crate::units::Radiosity(radiosity).radiance().0;
-            picture.film.pixels[path.pixel] += path.weight * radiance * sample_weight;
-            if depth == 0 {
-                picture.film.emitter[path.pixel] |= !outcome.exitance.is_black();
-                if let Some(surface) = outcome.back {
-                    picture.back_hits[surface.0 as usize] += 1;
-                }
-            }
-            next.extend(outcome.children.into_iter().flatten());
-        }
-        if next.is_empty() || depth == options.max_depth {
-            break;
-        }
-        first = None;
-        let rays: Vec<_> = next.iter().map(|p| p.ray).collect();
-        hits = caster.closest_hits(Purpose::Specular, Query::Rays(&rays))?;
-        paths = next;
-    }
-    Ok(())
+    (bundles, rays)
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKind
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
-pub use render::{GradientsArg, ReconstructArg, RenderArgs, SolveArgs, TwistsArg};
+pub use render::{GradientsArg, MethodArg, ReconstructArg, RenderArgs, SolveArgs, TwistsArg};
 pub use show::{CompareArgs, InfoArgs};
 pub use simulate::{SimulateArgs, TraceArgs, WorkloadArg};
 pub use verify::VerifyArgs;

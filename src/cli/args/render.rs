@@ -50,6 +50,17 @@ pub enum TwistsArg {
     Fit,
 }
 
+/// Which light a picture shows stored, which sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Direct light by shadow rays, indirect light stored by pass 1
+    TwoPass,
+    /// All light stored by pass 1
+    FullRadiosity,
+    /// Direct light by shadow rays, a constant ambient term for the rest; no pass 1
+    Whitted,
+}
+
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
     text.parse()
 }
@@ -79,7 +90,10 @@ pub struct RenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// Reconstruction of the stored indirect light between mesh vertices
+    /// Which light is stored, which is sampled
+    #[arg(long, value_enum, value_name = "METHOD", default_value = "two-pass")]
+    pub method: MethodArg,
+    /// Reconstruction of the stored light between mesh vertices
     #[arg(
         long,
         value_enum,

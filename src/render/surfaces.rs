@@ -1,4 +1,4 @@
-//! What a ray sees where it hits: exitance, a diffuse point that wants direct light, specular children.
+//! What a ray meets where it hits: exitance, a diffuse point that wants irradiance, specular children.
 //!
 //! ```text
 //! Path + RayHit --mesh--> surface, side, normals --material--> Outcome { exitance, diffuse, children }
@@ -11,11 +11,11 @@
 use glam::DVec3;
 
 use super::optics::{fresnel, reflect, refract, slab_transmittance};
+use super::shader::CameraRay;
 use crate::direct::ShadePoint;
 use crate::geom::Ray;
 use crate::mesh::{Mesh, Patch, SurfacePoint};
 use crate::raycast::{Facing, RayHit};
-use crate::reconstruct::Reconstruction;
 use crate::sampling::mix;
 use crate::scene::{Material, Scene, Shape, Surface, SurfaceId};
 use crate::units::Rgb;
@@ -27,12 +27,12 @@ const MIN_WEIGHT: f64 = 1e-3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Path {
     pub ray: Ray,
-    /// Index into the film.
-    pub pixel: usize,
+    /// Index of its camera ray in the wave.
+    pub camera_ray: usize,
     /// Share of the seen radiance that reaches the pixel.
     pub weight: Rgb,
     /// Names the path for sampling patterns.
-    key: u64,
+    pub key: u64,
 }
 
 /// A diffuse point and what its irradiance is multiplied with.
@@ -40,10 +40,8 @@ pub(super) struct Path {
 pub(super) struct Diffuse {
     pub point: ShadePoint,
     pub reflectance: Rgb,
-    /// Reconstructed indirect irradiance (W/m^2).
-    pub indirect: Rgb,
-    /// It was negative somewhere before it was clamped.
-    pub clamped: bool,
+    /// Where it is on the mesh.
+    pub at: SurfacePoint,
 }
 
 /// What a path met.
@@ -58,17 +56,18 @@ pub(super) struct Outcome {
     pub back: Option<SurfaceId>,
 }
 
-/// Everything that shading reads.
-pub(super) struct Shader<'a> {
+/// The scene's surfaces as rays meet them.
+#[derive(Clone, Copy)]
+pub(super) struct Surfaces<'a> {
     pub scene: &'a Scene,
     pub mesh: &'a Mesh,
-    pub reconstruction: &'a Reconstruction,
+    /// The caster's surface offset.
     pub offset_m: f64,
 }
 
 impl Path {
-    pub fn camera(ray: Ray, pixel: usize, sample: u32) -> Path {
-        Path { ray, pixel, weight: Rgb::WHITE, key: mix((pixel as u64) << 5 | u64::from(sample)) }
+    pub fn camera(camera_ray: usize, of: &CameraRay) -> Path {
+        Path { ray: of.ray, camera_ray, weight: Rgb::WHITE, key: of.key() }
     }
 
     fn child(&self, origin: DVec3, dir: DVec3, share: Rgb, branch: u64) -> Option<Path> {
@@ -94,9 +93,9 @@ struct Meeting<'a> {
     facing: Facing,
 }
 
-impl Shader<'_> {
-    /// What `path` sees; `always`: also the point of a surface that reflects nothing, whose irradiance is asked for.
-    pub fn shade(&self, path: &Path, hit: Option<RayHit>, always: bool) -> Outcome {
+impl Surfaces<'_> {
+    /// What `path` meets; `always`: also the point of a surface that reflects nothing, whose irradiance is asked for.
+    pub fn meet(&self, path: &Path, hit: Option<RayHit>, always: bool) -> Outcome {
         let Some(hit) = hit else { return Outcome::default() };
         let cast = &self.mesh.patches[hit.patch.0 as usize];
         let surface = &self.scene.surfaces[cast.surface.0 as usize];
@@ -120,13 +119,9 @@ impl Shader<'_> {
         if seen.is_some() {
             outcome.exitance = surface.exitance;
             if always || !material.reflectance.is_black() {
-                let unclamped = self.reconstruction.evaluate_unclamped(self.mesh, at);
-                let indirect = unclamped.map(|e| e.max(0.0));
-                let clamped = unclamped.min_channel() < 0.0;
                 let point =
                     ShadePoint { position, normal: shading, geometric_normal: geometric, key: path.key };
-                outcome.diffuse =
-                    Some(Diffuse { point, reflectance: material.reflectance, indirect, clamped });
+                outcome.diffuse = Some(Diffuse { point, reflectance: material.reflectance, at });
             }
         }
         outcome

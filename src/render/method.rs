@@ -1,0 +1,35 @@
+//! Methods of pass 2: which light is stored, which is sampled.
+
+use serde::{Deserialize, Serialize};
+
+/// A method of rendering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RenderMethod {
+    /// Direct light by shadow rays, indirect light stored by pass 1 (Jansen, Kok 1992).
+    #[default]
+    TwoPass,
+    /// All light stored by pass 1.
+    FullRadiosity,
+    /// Direct light by shadow rays, a constant ambient term for the rest (Whitted 1980); needs no pass 1.
+    Whitted,
+}
+
+impl RenderMethod {
+    /// Its name, as on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            RenderMethod::TwoPass => "two-pass",
+            RenderMethod::FullRadiosity => "full-radiosity",
+            RenderMethod::Whitted => "whitted",
+        }
+    }
+
+    /// It shows what pass 1 found.
+    pub fn needs_pass_1(self) -> bool {
+        match self {
+            RenderMethod::TwoPass | RenderMethod::FullRadiosity => true,
+            RenderMethod::Whitted => false,
+        }
+    }
+}
