@@ -210,7 +210,7 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructOptions, seed
         width: args.width,
         height: args.height,
         samples: args.samples,
-        shadow_strata: args.shadow_strata,
+        direct: args.direct.resolve(),
         reconstruct: reconstruct.method,
         gradients: reconstruct.gradients,
         twists: reconstruct.twists,

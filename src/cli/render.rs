@@ -130,6 +130,7 @@ fn document(
         mean_luminance_w_m2_sr: frame.rendering.film.mean_luminance(),
         mean_luminance_cd_m2: LUMENS_PER_WATT * frame.rendering.film.mean_luminance(),
         n_camera_rays: frame.rendering.n_camera_rays,
+        direct: frame.rendering.direct,
         limited_vertices: frame.rendering.limited_vertices,
         clamped_pixels: frame.rendering.n_clamped_pixels(),
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),

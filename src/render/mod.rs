@@ -14,19 +14,18 @@ mod shader;
 mod surfaces;
 mod two_pass;
 
-use crate::direct::DirectLight;
+use crate::direct::{DirectOptions, SelectionCounts, ShadowCounts};
 use crate::image::Film;
 use crate::mesh::Mesh;
-use crate::radiosity::{Solution, SplitIrradiance, ambient};
+use crate::radiosity::Solution;
 use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster};
-use crate::reconstruct::{GradientRule, Method, ReconstructOptions, Reconstruction, TwistRule};
+use crate::reconstruct::{GradientRule, Method, ReconstructOptions, TwistRule};
 use crate::scene::{Camera, Scene};
 use crate::units::{Irradiance, Rgb};
 use camera::{Tile, View, morton_tiles};
 pub use method::RenderMethod;
 use shader::{CameraRay, Shader};
-use surfaces::Surfaces;
-use two_pass::{Stored, TwoPass};
+use two_pass::TwoPass;
 
 /// How pass 2 is run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -41,8 +40,9 @@ pub struct RenderOptions {
     pub height: u32,
     /// Camera rays per pixel, 1..=16 (stratified; 1 = the pixel's centre).
     pub samples: u32,
-    /// Shadow rays per shaded point and area source: n x n strata.
-    pub shadow_strata: u32,
+    /// How direct light is found.
+    #[serde(default)]
+    pub direct: DirectOptions,
     /// Specular recursion depth.
     pub max_depth: u32,
     /// Reconstruction of the stored indirect irradiance.
@@ -68,7 +68,7 @@ impl Default for RenderOptions {
             width: 256,
             height: 256,
             samples: 1,
-            shadow_strata: 4,
+            direct: DirectOptions::default(),
             max_depth: 6,
             reconstruct: Method::Hermite,
             gradients: GradientRule::LeastSquares,
@@ -96,6 +96,20 @@ pub struct Rendering {
     pub clamped: Vec<bool>,
     /// Vertices whose derivatives the limiter of the reconstruction made smaller.
     pub limited_vertices: usize,
+    /// Which sources are stored and which sampled, and what shadow rays that took; where direct light is sampled.
+    pub direct: Option<DirectCounts>,
+    /// Sources that are sampled where pixels show a surface first, each by its weight, row by row; `None` as in
+    /// `irradiance`, and where it was not asked for.
+    pub sampled_sources: Option<Vec<Option<f64>>>,
+}
+
+/// What direct light took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct DirectCounts {
+    /// Where sources were chosen.
+    pub selection: Option<SelectionCounts>,
+    /// Shadow rays of the picture, without those of the selection.
+    pub shadow: ShadowCounts,
 }
 
 impl Rendering {
@@ -134,7 +148,7 @@ pub fn render(
     let (width, height) = (options.width as usize, options.height as usize);
     let samples = options.samples.clamp(1, MAX_SAMPLES);
     let view = View::new(camera, options.width, options.height);
-    let mut shader = shader_of(scene, mesh, solution, caster.surface_offset_m(), options);
+    let mut shader = TwoPass::new(scene, mesh, solution, caster, options)?;
     let mut picture = Rendering {
         film: Film {
             width,
@@ -147,9 +161,11 @@ pub fn render(
         irradiance: None,
         clamped: vec![false; width * height],
         limited_vertices: shader.limited_vertices(),
+        direct: None,
+        sampled_sources: None,
     };
     // Sum of what the pixel's rays met, and how many met any.
-    let mut received = options.irradiance.then(|| vec![(Rgb::BLACK, 0_u32); width * height]);
+    let mut received = options.irradiance.then(|| vec![(Rgb::BLACK, 0.0, 0_u32); width * height]);
     let tiles = morton_tiles(options.width, options.height);
     let n_bands = tiles.len().div_ceil(TILES_PER_BAND) * samples as usize;
     let mut done = 0;
@@ -167,8 +183,9 @@ pub fn render(
                     picture.back_hits[surface.0 as usize] += 1;
                 }
                 if let (Some(received), Some(e)) = (&mut received, seen.irradiance) {
-                    let (sum, n) = &mut received[ray.pixel];
+                    let (sum, sources, n) = &mut received[ray.pixel];
                     *sum += e;
+                    *sources += seen.sampled_sources;
                     *n += 1;
                 }
             }
@@ -176,10 +193,13 @@ pub fn render(
             progress(done as f64 / n_bands as f64);
         }
     }
-    picture.irradiance = received.map(|received| {
-        let mean = |(sum, n): (Rgb, u32)| (n > 0).then(|| Irradiance(sum / f64::from(n)));
-        received.into_iter().map(mean).collect()
-    });
+    picture.direct = shader.counts();
+    if let Some(received) = received {
+        let irradiance = |(sum, _, n): &(Rgb, f64, u32)| (*n > 0).then(|| Irradiance(*sum / f64::from(*n)));
+        let sources = |(_, sources, n): &(Rgb, f64, u32)| (*n > 0).then(|| sources / f64::from(*n));
+        picture.irradiance = Some(received.iter().map(irradiance).collect());
+        picture.sampled_sources = Some(received.iter().map(sources).collect());
+    }
     Ok(picture)
 }
 
@@ -211,36 +231,6 @@ pub fn camera_ray_numbers(width: u32, height: u32, samples: u32, x: u32, y: u32)
         before += u64::from(samples) * in_band as u64;
     }
     Vec::new()
-}
-
-/// The shader that a method wants.
-fn shader_of<'a>(
-    scene: &'a Scene,
-    mesh: &'a Mesh,
-    solution: &Solution,
-    offset_m: f64,
-    options: &RenderOptions,
-) -> TwoPass<'a> {
-    let field = |part: &dyn Fn(&SplitIrradiance) -> Rgb| {
-        let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(part).collect();
-        let element: Vec<Rgb> = solution.element_irradiance.iter().map(part).collect();
-        Stored::Field(Reconstruction::new(mesh, options.reconstruction(), &vertex, &element))
-    };
-    let sampled = || Some(DirectLight::new(scene, mesh, offset_m));
-    let (stored, direct) = match options.method {
-        RenderMethod::TwoPass => (field(&|e| e.indirect), sampled()),
-        RenderMethod::FullRadiosity => (field(&|e| e.total()), None),
-        RenderMethod::Whitted => (Stored::Ambient(ambient::of_emission(scene, mesh)), sampled()),
-    };
-    TwoPass {
-        surfaces: Surfaces { scene, mesh, offset_m },
-        stored,
-        direct,
-        shadow_strata: options.shadow_strata,
-        max_depth: options.max_depth,
-        seed: options.seed,
-        irradiance: options.irradiance,
-    }
 }
 
 /// The bundles of one sample of a band of tiles, and their rays.

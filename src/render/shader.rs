@@ -35,6 +35,8 @@ pub(super) struct Seen {
     pub radiance: Radiance,
     /// Irradiance on the surface that it meets first, where that was asked for and there is one (W/m^2).
     pub irradiance: Option<Rgb>,
+    /// Sources that are sampled there, each by its weight.
+    pub sampled_sources: f64,
     /// The surface that it meets first emits.
     pub emits: bool,
     /// It meets the black back of a one-sided surface first.

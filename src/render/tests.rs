@@ -91,7 +91,7 @@ fn small() -> RenderOptions {
     RenderOptions {
         width: 20,
         height: 13,
-        shadow_strata: 2,
+        direct: DirectOptions::full(2),
         reconstruct: Method::Bilinear,
         ..Default::default()
     }

@@ -21,7 +21,7 @@ use crate::radiosity::{
     EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, Solution, SolveOptions,
 };
 use crate::raycast::board::WarmUp;
-use crate::render::RenderOptions;
+use crate::render::{DirectCounts, RenderOptions};
 use crate::scene::Scene;
 use crate::units::{Irradiance, Rgb};
 use crate::vectors::{Check, Vectors};
@@ -182,6 +182,8 @@ pub struct RenderReport {
     pub mean_luminance_cd_m2: f64,
     /// Camera rays.
     pub n_camera_rays: u64,
+    /// Which sources were stored and sampled, and what shadow rays that took.
+    pub direct: Option<DirectCounts>,
     /// Vertices whose derivatives the limiter of the reconstruction made smaller; 0 for methods without one.
     pub limited_vertices: usize,
     /// Pixels in which reconstructed light came out negative somewhere and was made 0.

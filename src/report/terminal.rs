@@ -36,15 +36,16 @@ pub fn render_summary(r: &RenderReport) -> String {
         &mut out,
         "pass 2",
         format_args!(
-            "{} x {} pixels, {} per pixel, {n} x {n} shadow strata, {} reconstruction, {} caster",
+            "{}, {} x {} pixels, {} per pixel, {} reconstruction, {} caster",
+            o.method.name(),
             o.width,
             o.height,
             count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
             o.reconstruct.name(),
             r.caster,
-            n = o.shadow_strata,
         ),
     );
+    direct_lines(&mut out, r);
     reconstruction_line(&mut out, r);
     if let Some(ambient) = r.ambient_w_m2 {
         let e = si(ambient.sum() / 3.0, "W/m^2");
@@ -76,6 +77,42 @@ pub fn render_summary(r: &RenderReport) -> String {
     }
     time_line(&mut out, &r.timings);
     out
+}
+
+/// Which sources were sampled, and what shadow rays that took.
+fn direct_lines(out: &mut String, r: &RenderReport) {
+    let Some(direct) = &r.direct else { return };
+    if let Some(s) = direct.selection.filter(|s| s.sources > 0) {
+        let stored = s.stored_hidden + s.stored_smooth + s.stored_weak;
+        let pairs = (s.sampled + stored).max(1) as f64;
+        line(
+            out,
+            "sources",
+            format_args!(
+                "{} of {} sampled somewhere; by patch {} sampled, stored {} hidden, {} smooth, {} weak; {} chose them",
+                s.sampled_sources,
+                s.sources,
+                percent(s.sampled as f64 / pairs),
+                percent(s.stored_hidden as f64 / pairs),
+                percent(s.stored_smooth as f64 / pairs),
+                percent(s.stored_weak as f64 / pairs),
+                si(s.shadow.rays as f64, "rays"),
+            ),
+        );
+    }
+    let shadow = direct.shadow;
+    let per_pair = shadow.rays as f64 / shadow.pairs.max(1) as f64;
+    line(
+        out,
+        "shadows",
+        format_args!(
+            "{} for {} of a point and a source, {per_pair:.2} each; {} more were known to be blocked ({})",
+            si(shadow.rays as f64, "rays"),
+            si(shadow.pairs as f64, "pairs"),
+            si(shadow.known_blocked as f64, "rays"),
+            si(shadow.occluder_tests as f64, "tests by the host"),
+        ),
+    );
 }
 
 /// What the reconstruction had to mend, and rules that are not the usual ones; nothing where there is nothing to tell.
@@ -446,6 +483,7 @@ pub fn purpose_name(purpose: Purpose) -> &'static str {
     match purpose {
         Purpose::Primary => "primary",
         Purpose::FormFactor => "form factors",
+        Purpose::Selection => "selection",
         Purpose::Shadow => "shadow",
         Purpose::Specular => "specular",
         Purpose::Probe => "probe",

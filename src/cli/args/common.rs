@@ -3,6 +3,7 @@
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
 
+use super::direct::DirectArgs;
 use super::keep::CheckpointArgs;
 use crate::scene::MAX_ELEMENTS;
 
@@ -104,9 +105,9 @@ pub struct PictureArgs {
     /// Camera rays per pixel, 1 to 16
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(16))]
     pub samples: u32,
-    /// Shadow rays per point and light surface: N x N, 1 to 8
-    #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = whole(8))]
-    pub shadow_strata: u32,
+    /// Its direct light.
+    #[command(flatten)]
+    pub direct: DirectArgs,
 }
 
 /// A whole number from 1 to `max`.

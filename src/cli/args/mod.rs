@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 
 mod common;
+mod direct;
 mod false_colour;
 mod keep;
 mod make;
