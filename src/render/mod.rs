@@ -3,13 +3,14 @@
 //! ```text
 //! camera.rs tiles (Morton) --closest_hits--> trait Shader (shader.rs) --Seen--> film
 //!                                              |-- two_pass.rs: stored and sampled light
+//!                                              '-- path/: path tracing
 //! ```
 //! A wave is one sample of all pixels of a band of tiles. The order of queries and sums is fixed, so the picture has the
 //! same bits for any number of threads.
 
 mod camera;
 mod method;
-mod optics;
+pub mod path;
 mod shader;
 mod surfaces;
 mod two_pass;
@@ -23,9 +24,10 @@ use crate::reconstruct::{GradientRule, Method, ReconstructOptions, Reconstructio
 use crate::scene::{Camera, Scene};
 use crate::units::{Irradiance, Rgb};
 use camera::{Tile, View, morton_tiles};
-pub use method::RenderMethod;
+pub use method::{RenderMethod, Transport};
+use path::{PathOptions, PathTracer};
 use shader::{CameraRay, Shader};
-use surfaces::Surfaces;
+use surfaces::{MIN_WEIGHT, Surfaces};
 use two_pass::{Stored, TwoPass};
 
 /// How pass 2 is run.
@@ -59,6 +61,19 @@ pub struct RenderOptions {
     pub ambient: bool,
     /// Keep the irradiance on the surfaces that pixels show first, too.
     pub irradiance: bool,
+    /// Of `path`: which paths count.
+    #[serde(default)]
+    pub transport: Transport,
+    /// Of `path`: paths per camera ray.
+    #[serde(default = "default_paths")]
+    pub paths: u32,
+}
+
+/// Paths per camera ray.
+pub const DEFAULT_PATHS: u32 = 64;
+
+fn default_paths() -> u32 {
+    DEFAULT_PATHS
 }
 
 impl Default for RenderOptions {
@@ -76,6 +91,8 @@ impl Default for RenderOptions {
             seed: 1,
             ambient: false,
             irradiance: false,
+            transport: Transport::Full,
+            paths: DEFAULT_PATHS,
         }
     }
 }
@@ -96,6 +113,9 @@ pub struct Rendering {
     pub clamped: Vec<bool>,
     /// Vertices whose derivatives the limiter of the reconstruction made smaller.
     pub limited_vertices: usize,
+    /// Of `path`: share of the picture's light, in the picture or dropped, that came by paths that the two-pass method does
+    /// not model.
+    pub missed_share: Option<f64>,
 }
 
 impl Rendering {
@@ -106,6 +126,12 @@ impl Rendering {
 }
 
 impl RenderOptions {
+    /// How `path` traces.
+    pub fn path(&self) -> PathOptions {
+        let RenderOptions { transport, paths, max_depth, seed, .. } = *self;
+        PathOptions { transport, n_paths: paths, max_depth, seed }
+    }
+
     /// Its method of reconstruction with the rules.
     pub fn reconstruction(&self) -> ReconstructOptions {
         ReconstructOptions { method: self.reconstruct, gradients: self.gradients, twists: self.twists }
@@ -147,6 +173,7 @@ pub fn render(
         irradiance: None,
         clamped: vec![false; width * height],
         limited_vertices: shader.limited_vertices(),
+        missed_share: None,
     };
     // Sum of what the pixel's rays met, and how many met any.
     let mut received = options.irradiance.then(|| vec![(Rgb::BLACK, 0_u32); width * height]);
@@ -176,6 +203,7 @@ pub fn render(
             progress(done as f64 / n_bands as f64);
         }
     }
+    picture.missed_share = shader.missed_share();
     picture.irradiance = received.map(|received| {
         let mean = |(sum, n): (Rgb, u32)| (n > 0).then(|| Irradiance(sum / f64::from(n)));
         received.into_iter().map(mean).collect()
@@ -220,7 +248,7 @@ fn shader_of<'a>(
     solution: &Solution,
     offset_m: f64,
     options: &RenderOptions,
-) -> TwoPass<'a> {
+) -> Box<dyn Shader + 'a> {
     let field = |part: &dyn Fn(&SplitIrradiance) -> Rgb| {
         let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(part).collect();
         let element: Vec<Rgb> = solution.element_irradiance.iter().map(part).collect();
@@ -231,16 +259,20 @@ fn shader_of<'a>(
         RenderMethod::TwoPass => (field(&|e| e.indirect), sampled()),
         RenderMethod::FullRadiosity => (field(&|e| e.total()), None),
         RenderMethod::Whitted => (Stored::Ambient(ambient::of_emission(scene, mesh)), sampled()),
+        RenderMethod::Path => {
+            let tracer = PathTracer::new(scene, mesh, offset_m, options.path());
+            return Box::new(tracer.with_irradiance(options.irradiance));
+        }
     };
-    TwoPass {
-        surfaces: Surfaces { scene, mesh, offset_m },
+    Box::new(TwoPass {
+        surfaces: Surfaces { scene, mesh, offset_m, min_weight: MIN_WEIGHT },
         stored,
         direct,
         shadow_strata: options.shadow_strata,
         max_depth: options.max_depth,
         seed: options.seed,
         irradiance: options.irradiance,
-    }
+    })
 }
 
 /// The bundles of one sample of a band of tiles, and their rays.

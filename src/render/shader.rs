@@ -55,4 +55,14 @@ pub(super) trait Shader {
         rays: &[CameraRay],
         hits: Vec<Option<RayHit>>,
     ) -> Result<Vec<Seen>, CastError>;
+
+    /// Vertices whose derivatives the limiter of the reconstruction made smaller.
+    fn limited_vertices(&self) -> usize {
+        0
+    }
+
+    /// Share of the light seen so far that came by paths that the two-pass method does not model, where that is known.
+    fn missed_share(&self) -> Option<f64> {
+        None
+    }
 }

@@ -44,14 +44,6 @@ pub(super) struct TwoPass<'a> {
 }
 
 impl TwoPass<'_> {
-    /// Vertices whose derivatives the limiter of the reconstruction made smaller.
-    pub fn limited_vertices(&self) -> usize {
-        match &self.stored {
-            Stored::Field(field) => field.limited_vertices(),
-            Stored::Ambient(_) => 0,
-        }
-    }
-
     /// Stored irradiance at a point, and whether it had to be clamped at 0.
     fn stored(&self, at: SurfacePoint) -> (Rgb, bool) {
         match &self.stored {
@@ -117,5 +109,12 @@ impl Shader for TwoPass<'_> {
             paths = next;
         }
         Ok(seen)
+    }
+
+    fn limited_vertices(&self) -> usize {
+        match &self.stored {
+            Stored::Field(field) => field.limited_vertices(),
+            Stored::Ambient(_) => 0,
+        }
     }
 }
