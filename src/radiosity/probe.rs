@@ -7,7 +7,7 @@
 //!                 at the edge of a shadow: again, finer
 //! ```
 //! An element is cut into r x r cells, r growing with its form factor: F by the exact kernel, v whether the cell's ray arrives.
-//! Every emitting surface is seen by at least 16 rays. What is partly seen, or seen otherwise than its neighbour, is cut finer
+//! Every emitting surface is seen by at least 64 rays. What is partly seen, or seen otherwise than its neighbour, is cut finer
 //! and looked at again. E of a cell is `E_mean` of its element with the slope of the values of its vertices, so that the mean
 //! over the element stays `E_mean`: with the mean alone a point near a wall whose light changes was 0.6 % off (the lit cube's
 //! ceiling, elements of 1/16 m).
@@ -29,7 +29,7 @@ use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
 /// Rays that see each emitting surface at least.
-const MIN_RAYS_PER_EMITTER: usize = 16;
+const MIN_RAYS_PER_EMITTER: usize = 64;
 /// A patch that does not emit is seen as one up to this form factor.
 const WHOLE_FACTOR: f64 = 1e-3;
 /// An element of a larger form factor is cut into r x r cells, F <= r^2 x this.

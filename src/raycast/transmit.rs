@@ -13,7 +13,7 @@ use glam::DVec3;
 use super::{CastError, Purpose, Query, RayCaster, RayHit};
 use crate::geom::Ray;
 use crate::geom::optics::slab_transmittance;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, PatchId};
 use crate::scene::{Scene, Shape, Surface};
 use crate::units::Rgb;
 
@@ -68,6 +68,15 @@ impl Panes {
     /// There are none: what is blocked is dark.
     pub fn is_empty(&self) -> bool {
         self.of_patch.is_empty()
+    }
+
+    /// Whether a cast patch is one: what it blocks is not dark.
+    pub fn contains(&self, patch: PatchId) -> bool {
+        self.pane(patch).is_some()
+    }
+
+    fn pane(&self, patch: PatchId) -> Option<Pane> {
+        self.of_patch.get(patch.0 as usize).copied().flatten()
     }
 
     /// Share of the light that passes along each ray of `query`, 1 where nothing is in its range.
@@ -136,7 +145,7 @@ impl Panes {
 
     /// Transmittance of the pane that a ray hit; `None` when it is none.
     pub fn transmittance(&self, ray: &Ray, hit: RayHit) -> Option<Rgb> {
-        let pane = self.of_patch.get(hit.patch.0 as usize).copied().flatten()?;
+        let pane = self.pane(hit.patch)?;
         let cos = pane.normal.dot(ray.dir.normalize()).abs();
         Some(pane.transmission * slab_transmittance(cos, pane.ior))
     }
@@ -149,7 +158,7 @@ impl Panes {
             return Behind::Dark;
         }
         let along = p.ray.dir.normalize();
-        let normal = self.of_patch[hit.patch.0 as usize].map_or(along, |pane| pane.normal);
+        let normal = self.pane(hit.patch).map_or(along, |pane| pane.normal);
         let lift = if normal.dot(along) < 0.0 { -offset_m } else { offset_m };
         let origin = p.ray.at(hit.t) + lift * normal;
         let ray = if p.ray.t_max.is_finite() {
