@@ -16,7 +16,7 @@ use radiosity_engine::scene::{Camera, Scene};
 const MATERIALS: &str = "
 version = 1
 [meshing]
-elements = 20000
+elements = 4000
 [materials.black]
 reflectance = 0.0
 [materials.lamp]
