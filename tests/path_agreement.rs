@@ -75,7 +75,7 @@ fn agreement(name: &str, side: u32, paths: u32, options: &FrameOptions) -> (f64,
         film(name, options, &picture)
     };
     let (one, other) = (path(1), path(2));
-    let sigma = f64::from(side) / 64.0;
+    let sigma = 2.0;
     let noise = mean_relative_difference(&one, &other, sigma);
     (mean_relative_difference(&two_pass, &one, sigma), noise)
 }
