@@ -8,9 +8,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::form_factors::{StrayShares, stray};
 use super::lights;
 use super::receivers::Receivers;
+use super::stray::{StrayShares, stray};
 use crate::geom::Ray;
 use crate::mesh::{ElementId, Mesh, VertexId};
 use crate::raycast::{CastError, Purpose, Query, RayCaster};

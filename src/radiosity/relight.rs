@@ -13,7 +13,8 @@
 //! What reflectance zero leaves cannot be said as irradiance that waits to be reflected; it waits as radiosity.
 //! Not modelled: changes of geometry.
 
-use super::shooting::{Solver, add_light};
+use super::deposit::add_light;
+use super::shooting::Solver;
 use super::solution_file::Stored;
 use super::state::{Known, State, magnitude};
 use super::{EarlierWork, EnergyAccount, ErrorEstimate, SolveError, SplitIrradiance};

@@ -8,8 +8,9 @@
 
 use std::collections::BTreeMap;
 
-use super::form_factors::{Row, StrayShares};
+use super::form_factors::Row;
 use super::state::{Known, State};
+use super::stray::StrayShares;
 use crate::mesh::{Mesh, PatchId};
 
 /// What is known of a shooter of `area_m2` once its row was cast.
