@@ -30,6 +30,7 @@ use super::stray::StrayShares;
 use super::{Aids, FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
 use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, RayCaster};
 use crate::scene::{Light, Scene};
 use crate::units::Rgb;
@@ -90,6 +91,7 @@ pub(super) struct Solver<'a> {
     options: &'a SolveOptions,
     offset_m: f64,
     optics: Vec<PatchOptics>,
+    pub panes: Panes,
     exitance: Vec<Rgb>,
     /// Patches that emit.
     n_emitting: usize,
@@ -125,6 +127,7 @@ impl<'a> Solver<'a> {
             options,
             offset_m,
             optics: optics.collect(),
+            panes: Panes::of(scene, mesh),
             n_emitting: exitance.iter().filter(|m| !m.is_black()).count(),
             exitance,
             emitters: match options.form_factors {
@@ -156,7 +159,7 @@ impl<'a> Solver<'a> {
         caster: &mut dyn RayCaster,
     ) -> Result<LightShot, SolveError> {
         let receivers = self.receivers.get_or_insert_with(|| Receivers::of(self.mesh, self.offset_m));
-        Ok(light_shots::shoot(self.mesh, receivers, light, caster)?)
+        Ok(light_shots::shoot(self.mesh, receivers, light, &self.panes, caster)?)
     }
 
     pub(super) fn reflectance(&self, patch: PatchId) -> Rgb {
@@ -192,7 +195,8 @@ impl<'a> Solver<'a> {
             state.stochastic = Some(stochastic::plan(self.mesh, &self.optics, self.options, state));
         }
         let stochastic = self.stochastic.get_or_insert_with(|| {
-            Stochastic::new(self.mesh, self.optics.iter().map(|o| o.reflectance).collect(), self.offset_m)
+            let reflectance = self.optics.iter().map(|o| o.reflectance).collect();
+            Stochastic::new(self.mesh, reflectance, self.offset_m, self.panes.clone())
         });
         stochastic.step(state, self.options, caster)
     }
@@ -347,6 +351,7 @@ impl<'a> Solver<'a> {
             kernel: self.options.kernel,
             // Only solves that end stochastically tell an error.
             twice: is_large(self.mesh, self.options),
+            panes: &self.panes,
         };
         let aim = |shooter: &ShooterId| Aim { shooter: *shooter, look: self.look(*shooter) };
         let mut wanted: Vec<Aim> = shooters.iter().map(aim).collect();
@@ -358,7 +363,15 @@ impl<'a> Solver<'a> {
             return Ok((at_hand.into_iter().flatten().collect(), 0));
         }
         let (strays, n_stray_rays) = factors.stray_shares(&wanted, caster)?;
-        let rows = factors.rows(&wanted, caster)?;
+        let mut rows = factors.rows(&wanted, caster)?;
+        for ((aim, (row, _)), (_, passed)) in wanted.iter().zip(&mut rows).zip(&strays) {
+            let area_m2 = match aim.shooter {
+                ShooterId::Patch(patch) => self.mesh.patches[patch.0 as usize].area_m2,
+                ShooterId::Emitter(e) => self.emitters[e as usize].area_m2,
+            };
+            row.passed_m2 = [0, 1].map(|side| row.passed_m2[side] + area_m2 * passed[side]);
+        }
+        let strays: Vec<StrayShares> = strays.into_iter().map(|(shares, _)| shares).collect();
         let n_rays = n_stray_rays + rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
         if let Some(cache) = &mut self.row_cache {
             for (aim, ((row, _), stray)) in wanted.iter().zip(rows.iter().zip(&strays)) {

@@ -10,10 +10,11 @@
 
 use glam::DVec3;
 
-use super::{CastError, Purpose, Query, RayCaster, RayHit};
+use super::{CastError, Facing, Purpose, Query, RayCaster, RayHit};
 use crate::geom::Ray;
 use crate::geom::optics::slab_transmittance;
 use crate::mesh::{Mesh, PatchId};
+use crate::sampling::mix;
 use crate::scene::{Scene, Shape, Surface};
 use crate::units::Rgb;
 
@@ -35,11 +36,19 @@ pub struct Panes {
     of_patch: Vec<Option<Pane>>,
 }
 
-/// A ray on its way through panes.
-struct Passing {
-    index: usize,
-    ray: Ray,
-    share: Rgb,
+/// A ray behind the panes that it passed.
+#[derive(Clone, Copy, Debug)]
+pub struct Passed {
+    /// Which ray of the query.
+    pub index: usize,
+    /// Share of its light that passed.
+    pub share: Rgb,
+    /// The side that the last pane was met on.
+    pub side: Facing,
+    /// Its part behind the last pane.
+    pub ray: Ray,
+    /// What it met there; `None`: nothing up to its end.
+    pub hit: Option<RayHit>,
 }
 
 /// Whether a surface is thin glass.
@@ -75,6 +84,15 @@ impl Panes {
         self.pane(patch).is_some()
     }
 
+    /// A hash of where panes are and what they pass: what was cast through others is of no use.
+    pub fn hash(&self) -> u64 {
+        let pane = |pane: &Pane| {
+            let Rgb(t) = pane.transmission;
+            t.iter().chain([&pane.ior]).fold(0, |h, x| mix(h ^ x.to_bits()))
+        };
+        self.of_patch.iter().fold(0, |h, p| mix(h).wrapping_add(p.as_ref().map_or(0, pane)))
+    }
+
     fn pane(&self, patch: PatchId) -> Option<Pane> {
         self.of_patch.get(patch.0 as usize).copied().flatten()
     }
@@ -92,13 +110,13 @@ impl Panes {
         let blocked = caster.any_hits(purpose, query)?;
         let mut shares: Vec<Rgb> =
             blocked.iter().map(|blocked| if *blocked { Rgb::BLACK } else { Rgb::WHITE }).collect();
-        for (i, share) in self.behind_panes(caster, purpose, query, &blocked)? {
-            shares[i] = share;
+        for passed in self.behind_panes(caster, purpose, query, &blocked)? {
+            shares[passed.index] = passed.share;
         }
         Ok(shares)
     }
 
-    /// The rays of `query` that are `blocked` by nothing but panes, and what passes of each; none in a scene without panes.
+    /// The rays of `query` that are `blocked` by nothing but panes, in order; none in a scene without panes.
     ///
     /// # Errors
     /// As [`RayCaster::closest_hits`].
@@ -108,39 +126,87 @@ impl Panes {
         purpose: Purpose,
         query: Query<'_>,
         blocked: &[bool],
-    ) -> Result<Vec<(usize, Rgb)>, CastError> {
-        let mut arrived = Vec::new();
+    ) -> Result<Vec<Passed>, CastError> {
         if self.is_empty() {
-            return Ok(arrived);
+            return Ok(Vec::new());
+        }
+        let (mut places, mut rays) = (Vec::new(), Vec::new());
+        for_each_ray(query, |index, ray| {
+            if blocked[index] {
+                places.push(index);
+                rays.push(ray);
+            }
+        });
+        if rays.is_empty() {
+            return Ok(Vec::new());
+        }
+        let hits = caster.closest_hits(purpose, Query::Rays(&rays))?;
+        let mut passed = self.beyond(caster, purpose, Query::Rays(&rays), &hits)?;
+        passed.retain(|p| p.hit.is_none());
+        passed.iter_mut().for_each(|p| p.index = places[p.index]);
+        Ok(passed)
+    }
+
+    /// The rays of `query`, whose nearest hits are `hits`, that met panes first: followed through them, in order.
+    ///
+    /// # Errors
+    /// As [`RayCaster::closest_hits`].
+    pub fn beyond(
+        &self,
+        caster: &mut dyn RayCaster,
+        purpose: Purpose,
+        query: Query<'_>,
+        hits: &[Option<RayHit>],
+    ) -> Result<Vec<Passed>, CastError> {
+        let mut ended = Vec::new();
+        if self.is_empty() {
+            return Ok(ended);
         }
         let offset_m = caster.surface_offset_m();
         let mut passing = Vec::new();
         for_each_ray(query, |index, ray| {
-            if blocked[index] {
-                passing.push(Passing { index, ray, share: Rgb::WHITE });
+            let before = Passed { index, share: Rgb::WHITE, side: Facing::Front, ray, hit: hits[index] };
+            match self.behind(&before, offset_m) {
+                Behind::End(there) => ended.push(there),
+                Behind::OnItsWay(p) => passing.push(p),
+                Behind::NoPane => {}
             }
         });
-        for panes_passed in 0..=MAX_PANES {
+        for _ in 1..MAX_PANES {
             if passing.is_empty() {
                 break;
             }
-            let rays: Vec<Ray> = passing.iter().map(|p| p.ray).collect();
-            let hits = caster.closest_hits(purpose, Query::Rays(&rays))?;
+            self.cast(caster, purpose, &mut passing)?;
             let mut next = Vec::new();
-            for (p, hit) in passing.into_iter().zip(hits) {
-                match hit {
-                    None => arrived.push((p.index, p.share)),
-                    Some(hit) if panes_passed < MAX_PANES => match self.behind(p, hit, offset_m) {
-                        Behind::Dark => {}
-                        Behind::There(index, share) => arrived.push((index, share)),
-                        Behind::OnItsWay(p) => next.push(p),
-                    },
-                    Some(_) => {}
+            for p in passing {
+                match self.behind(&p, offset_m) {
+                    Behind::End(there) => ended.push(there),
+                    Behind::OnItsWay(p) => next.push(p),
+                    Behind::NoPane => ended.push(p),
                 }
             }
             passing = next;
         }
-        Ok(arrived)
+        self.cast(caster, purpose, &mut passing)?;
+        ended.extend(passing);
+        ended.retain(|p| !p.share.is_black());
+        ended.sort_unstable_by_key(|p| p.index);
+        Ok(ended)
+    }
+
+    fn cast(
+        &self,
+        caster: &mut dyn RayCaster,
+        purpose: Purpose,
+        passing: &mut [Passed],
+    ) -> Result<(), CastError> {
+        if passing.is_empty() {
+            return Ok(());
+        }
+        let rays: Vec<Ray> = passing.iter().map(|p| p.ray).collect();
+        let hits = caster.closest_hits(purpose, Query::Rays(&rays))?;
+        passing.iter_mut().zip(hits).for_each(|(p, hit)| p.hit = hit);
+        Ok(())
     }
 
     /// Transmittance of the pane that a ray hit; `None` when it is none.
@@ -151,34 +217,31 @@ impl Panes {
     }
 
     /// What becomes of a ray behind what it hit.
-    fn behind(&self, p: Passing, hit: RayHit, offset_m: f64) -> Behind {
-        let Some(transmittance) = self.transmittance(&p.ray, hit) else { return Behind::Dark };
-        let share = p.share * transmittance;
-        if share.is_black() {
-            return Behind::Dark;
-        }
-        let along = p.ray.dir.normalize();
-        let normal = self.pane(hit.patch).map_or(along, |pane| pane.normal);
-        let lift = if normal.dot(along) < 0.0 { -offset_m } else { offset_m };
-        let origin = p.ray.at(hit.t) + lift * normal;
-        let ray = if p.ray.t_max.is_finite() {
-            let target = p.ray.at(p.ray.t_max);
-            // Nothing fits between, and coarse words have no direction for it.
-            if (target - origin).length() <= 2.0 * offset_m || (target - origin).dot(along) <= 0.0 {
-                return Behind::There(p.index, share);
-            }
-            Ray::to_point(origin, target)
-        } else {
-            Ray::unbounded(origin, p.ray.dir)
+    fn behind(&self, p: &Passed, offset_m: f64) -> Behind {
+        let Some(hit) = p.hit else { return Behind::NoPane };
+        let Some((pane, transmittance)) = self.pane(hit.patch).zip(self.transmittance(&p.ray, hit)) else {
+            return Behind::NoPane;
         };
-        Behind::OnItsWay(Passing { ray, share, ..p })
+        let along = p.ray.dir.normalize();
+        let lift = if pane.normal.dot(along) < 0.0 { -offset_m } else { offset_m };
+        let origin = p.ray.at(hit.t) + lift * pane.normal;
+        let passed = Passed { share: p.share * transmittance, side: hit.facing, hit: None, ..*p };
+        if !p.ray.t_max.is_finite() {
+            return Behind::OnItsWay(Passed { ray: Ray::unbounded(origin, p.ray.dir), ..passed });
+        }
+        let target = p.ray.at(p.ray.t_max);
+        // Nothing fits between, and coarse words have no direction for it.
+        if (target - origin).length() <= 2.0 * offset_m || (target - origin).dot(along) <= 0.0 {
+            return Behind::End(passed);
+        }
+        Behind::OnItsWay(Passed { ray: Ray::to_point(origin, target), ..passed })
     }
 }
 
 enum Behind {
-    Dark,
-    There(usize, Rgb),
-    OnItsWay(Passing),
+    NoPane,
+    End(Passed),
+    OnItsWay(Passed),
 }
 
 /// Every ray of a query with its number.
