@@ -7,7 +7,7 @@ use rtl_model::sim::FifoStatistics;
 use super::args::RenderArgs;
 use super::plan;
 use super::progress::Bars;
-use super::{CliError, Outcome};
+use super::{CliError, Outcome, method};
 use crate::frame::{self, CasterChoice, Frame, FrameOptions, PassOne};
 use crate::image::exr::encode_exr;
 use crate::image::false_colour::{FalseColour, Field, Quantity};
@@ -31,10 +31,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
         &others,
         &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
-    let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     let mut picture =
         plan::resolve_picture(&args.picture, plan::resolve_reconstruction(args)?, args.cast.seed);
-    picture.method = plan::resolve_method(args.method);
+    method::resolve(args, &mut picture)?;
+    let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     picture.ambient = args.ambient;
     picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
 
@@ -134,13 +134,12 @@ fn document(
         limited_vertices: frame.rendering.limited_vertices,
         clamped_pixels: frame.rendering.n_clamped_pixels(),
         back_hits: back_hits.map(|(surface, rays)| BackHits { surface, rays: *rays }).collect(),
-        pass_1: PassOneReport::new(
-            &frame.solution,
-            frame.solve_options,
-            loaded_from(&options.pass_1),
-            summarise(&frame.scene, &frame.mesh, &frame.solution),
-        )
-        .refined(frame.refinement.clone()),
+        share_not_two_pass: frame.rendering.missed_share,
+        pass_1: frame.solution.as_ref().zip(frame.solve_options).map(|(solution, solve_options)| {
+            let surfaces = summarise(&frame.scene, &frame.mesh, solution);
+            PassOneReport::new(solution, solve_options, loaded_from(&options.pass_1), surfaces)
+                .refined(frame.refinement.clone())
+        }),
         board: board_report(options, frame.board.as_ref(), &frame.links),
         timings: frame.timings.clone(),
         warnings: frame.warnings.clone(),

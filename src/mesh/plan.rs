@@ -22,11 +22,6 @@ use crate::scene::{Continuity, FaceSet, MAX_ELEMENTS, MeshTarget, Scene, Shape, 
 
 /// Patches that the aspect rule may put along an edge, unless h0 asks for more.
 const MAX_ASPECT_PATCHES: u64 = 32;
-/// Fewest patches around a disk or cylinder: of a cylinder that meets disks of the right area, the area is then 0.07 %
-/// too much.
-const MIN_AROUND: u64 = 48;
-/// Fewest patches of a sphere from pole to pole, half of those around: corners stand 0.4 % of the radius outside.
-const MIN_SPHERE_ROWS: u64 = 16;
 /// Elements that imported faces may take beyond what is wanted, as a multiple of that and their number: slivers have long
 /// edges and hardly an area.
 const MAX_FACE_OVERSHOOT: u64 = 8;
@@ -156,6 +151,7 @@ fn grids_of(scene: &Scene, size_m: f64, face_size_m: f64) -> Vec<Grid> {
     let counts = flat_counts(scene, size_m, face_size_m);
     let mut first_class = 2 * scene.surfaces.len();
     let cut = any_long_face(scene, face_size_m);
+    let min_around = u64::from(scene.meshing.min_around.max(3));
     let grid = |(i, surface): (usize, &Surface)| match surface.shape {
         Shape::Faces(ref set) => {
             let start = first_class;
@@ -166,15 +162,15 @@ fn grids_of(scene: &Scene, size_m: f64, face_size_m: f64) -> Vec<Grid> {
         Shape::Quad(_) => Grid::Quad { s: counts[2 * i], t: counts[2 * i + 1] },
         Shape::Triangle(_) => Grid::Triangle { n: counts[2 * i] },
         Shape::Disk { radius, .. } => Grid::Disk {
-            around: n_patches_along(TAU * radius, size_m).max(MIN_AROUND),
+            around: n_patches_along(TAU * radius, size_m).max(min_around),
             rings: n_patches_along(radius, size_m).max(2),
         },
         Shape::Sphere { radius, .. } => {
-            let rows = n_patches_along(PI * radius, size_m).max(MIN_SPHERE_ROWS);
+            let rows = n_patches_along(PI * radius, size_m).max(min_around / 3).max(2);
             Grid::Sphere { around: 2 * rows, rows }
         }
         Shape::Cylinder { base, top, radius, .. } => Grid::Cylinder {
-            around: n_patches_along(TAU * radius, size_m).max(MIN_AROUND),
+            around: n_patches_along(TAU * radius, size_m).max(min_around),
             rows: n_patches_along(base.distance(top), size_m),
         },
     };

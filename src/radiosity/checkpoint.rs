@@ -31,7 +31,7 @@ use crate::scene::Scene;
 
 /// The kind of these files.
 const KIND: Kind =
-    Kind { magic: *b"RADCHK\r\n", version: 2, name: "a checkpoint of a solve", sectioned: true };
+    Kind { magic: *b"RADCHK\r\n", version: 3, name: "a checkpoint of a solve", sectioned: true };
 /// Name of the file in its folder, and of the one that a running solve holds locked.
 const NAME: &str = "solve.radchk";
 const LOCK: &str = "solve.lock";

@@ -85,7 +85,7 @@ mod tests {
             for e in mesh.patches[to].elements.clone() {
                 dense[e as usize] = factor;
             }
-            Row { elements: SparseRow::pack(&dense), vertices: SparseRow::pack(&[]) }
+            Row { elements: SparseRow::pack(&dense), ..Row::default() }
         };
         // Patches of equal area A: they exchange 0.2 A one way and 0.25 A the other.
         let (a, b) = (row(1, 0.25), row(0, 0.2));

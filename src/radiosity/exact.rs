@@ -13,7 +13,8 @@
 use faer::Mat;
 use faer::prelude::*;
 
-use super::shooting::{Solver, deposit};
+use super::deposit::deposit;
+use super::shooting::Solver;
 use super::state::State;
 use super::{Solution, SolveError, SolveOptions, SolveProgress};
 use crate::mesh::{Mesh, PatchId};

@@ -3,48 +3,43 @@
 //! ```text
 //! patch --kernel (polygon formula), all receivers--> candidates --Targets bundles, one query--> visible share
 //!       --> F = kernel x share, mean over the quadrature points of an element --> Row
-//! patch --cosine-distributed rays--> share lost through openings, share on backs
+//! every 16th element, other points of the shooter, the same query--> what F would have been --> Row::spread
 //! ```
-//! Source points: one a stratum (quarter) of the shooter, jittered. Shooters in `full` (emitters) are looked at with all
-//! strata from every quadrature point and vertex. Of the others, sparse: one quadrature point of an element looks, and a
-//! vertex takes the mean share of its elements, all at one stratum of the shooter, or, where its strata see different
-//! things (half of it under a block), 64 neighbouring elements at the same one. Dense: each quadrature point looks at
-//! one stratum, so that those of an element cover them all, and a vertex at one of its own. A stratum below the
-//! receiver's horizon is passed over; when all are, the middle of what is above it is looked at.
+//! Source points: one a stratum (quarter) of the shooter, jittered. Shooters are looked at in one of three ways ([`Look`]).
+//! Full, the emitting patches of small scenes: with all strata from every quadrature point and vertex. Dense, the emitters of
+//! large scenes, too many for that: each quadrature point looks at one stratum, so that those of an element cover them all, and
+//! a vertex at one of its own. Sparse, all others: one quadrature point of an element looks, and a vertex takes the mean share of
+//! its elements; 64 neighbouring elements look at the same stratum. A stratum below the receiver's horizon is passed over;
+//! when all are, the middle of what is above it is looked at.
 //! Method: Wallace, Elmquist, Haines 1989, with the exact kernel instead of the disc.
+//!
+//! How much of F is chance: two independent looks at a shooter differ, squared and in the mean, by twice the variance of
+//! one. Of each row some elements look a second time, each time others; that makes no difference to F.
 //!
 //! Not modelled: light through glass, and the penumbra inside a patch beyond the four strata.
 
-use std::f64::consts::TAU;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::emitters::Emitter;
-use super::kernel::{Kernel, Source};
-use super::near_field::{self, Extent};
+use super::kernel::Kernel;
+use super::near_field;
 use super::receivers::Receivers;
 use super::row::SparseRow;
-use crate::geom::{Ray, tangent_frame};
-use crate::mesh::{Corners, ElementId, Mesh, PatchId, VertexId};
-use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
-use crate::sampling::{hash, unit_pair};
-use crate::scene::SurfaceId;
+use super::shooter::{Aim, Look, MIDDLE, N_STRATA, Shooter, ShooterId};
+use crate::mesh::{Mesh, VertexId};
+use crate::raycast::transmit::Panes;
+use crate::raycast::{CastError, Facing, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::sampling::hash;
 
-/// Strata of a shooter.
-const N_STRATA: usize = 4;
-/// Bit of a ray to the middle of what is above the horizon.
-const MIDDLE: u8 = 1 << N_STRATA;
-/// Source points keep this share of a stratum's width off its edges, where a wall may stand.
-const STRATUM_MARGIN: f64 = 0.02;
 /// Parts that the receivers of a query are cut into.
 const RECEIVER_BLOCKS: usize = 16;
-/// Cosine-distributed rays that measure what a shooter loses: n x n strata, jittered, dealt to its source points.
-/// Not a `Hemisphere` bundle: its few rings are the same for every shooter, which shifts a loss by 1 % of the power.
-const HEMISPHERE_SIDE: u32 = 8;
-/// The same for shooters in `full`, which carry most of the power.
-const FULL_HEMISPHERE_SIDE: u32 = 16;
+/// One element in so many looks at a shooter a second time.
+const SECOND_LOOK_STRIDE: usize = 16;
 
 /// Form factors from every receiver to one shooter.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -53,43 +48,19 @@ pub(super) struct Row {
     pub elements: SparseRow,
     /// At vertices.
     pub vertices: SparseRow,
+    /// Surfaces, and the sum over each one's elements of area x variance (m^2) of their factors: by second looks, so none
+    /// where nobody asked for them.
+    pub spread: Vec<(u32, f64)>,
+    /// Sum of area x factor (m^2) of light that came through thin glass, which is counted at the glass, too: through panes
+    /// met on their fronts and on their backs.
+    pub passed_m2: [f64; 2],
 }
 
 impl Row {
     pub(super) fn n_bytes(&self) -> u64 {
-        self.elements.n_bytes() + self.vertices.n_bytes()
+        self.elements.n_bytes() + self.vertices.n_bytes() + size_of_val(self.spread.as_slice()) as u64
     }
 }
-
-/// Where the light of a shooter goes that reaches no element.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct StrayShares {
-    /// Out through openings.
-    pub lost: f64,
-    /// Onto backs of one-sided surfaces.
-    pub back: f64,
-}
-
-/// Who shoots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub(super) enum ShooterId {
-    Patch(PatchId),
-    /// An index into [`FormFactors::emitters`].
-    Emitter(u32),
-}
-
-/// How a shooter is looked at.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Aim {
-    pub shooter: ShooterId,
-    /// With all strata from everywhere.
-    pub full: bool,
-    /// Its strata see different things: receivers take turns.
-    pub uneven: bool,
-}
-
-/// Shares of stray light that two strata of an even shooter differ by at most.
-const EVEN_SHARE: f64 = 0.5;
 
 /// Casts rows.
 pub(super) struct FormFactors<'a> {
@@ -99,8 +70,16 @@ pub(super) struct FormFactors<'a> {
     pub seed: u64,
     pub offset_m: f64,
     pub kernel: Kernel,
-    /// Every quadrature point and vertex casts a ray of its own to shooters that do not emit, too.
-    pub dense: bool,
+    /// Look twice, so that rows know their spread.
+    pub twice: bool,
+    pub panes: &'a Panes,
+}
+
+/// What rays saw of a shooter: 1, 0, or what panes pass.
+struct Sight {
+    shares: Vec<f32>,
+    /// Of rays that passed panes: which, and the side of the last.
+    through: Vec<(usize, Facing)>,
 }
 
 impl FormFactors<'_> {
@@ -110,7 +89,12 @@ impl FormFactors<'_> {
         shooters: &[Aim],
         caster: &mut dyn RayCaster,
     ) -> Result<Vec<(Row, u64)>, CastError> {
-        let plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
+        let mut plans: Vec<Plan> = shooters.iter().map(|aim| self.plan(*aim)).collect();
+        if self.twice {
+            let second: Vec<Plan> =
+                shooters.iter().zip(&plans).map(|(aim, plan)| self.second_plan(*aim, plan)).collect();
+            plans.extend(second);
+        }
         let mut bundles: Vec<Vec<RayBundle>> = plans.par_iter().map(|plan| self.bundles(plan)).collect();
         // Receivers block by block, in each block shooter by shooter: neighbouring bundles meet the same patches, and a
         // cluster of the board that is given a range of them keeps to a part of the scene.
@@ -128,19 +112,41 @@ impl FormFactors<'_> {
             true => Vec::new(),
             false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&query))?,
         };
+        let passed =
+            self.panes.behind_panes(caster, Purpose::FormFactor, Query::Bundles(&query), &answers)?;
+        let mut passed = passed.iter().peekable();
         // Blocks of a shooter come in order, so its answers do too.
-        let mut blocked = vec![Vec::new(); plans.len()];
+        let mut blocked: Vec<Sight> =
+            plans.iter().map(|_| Sight { shares: Vec::new(), through: Vec::new() }).collect();
         let mut at = 0;
         for (&(p, _), bundle) in order.iter().zip(&query) {
-            blocked[p].extend_from_slice(&answers[at..at + bundle.n_rays()]);
-            at += bundle.n_rays();
+            let (sight, end) = (&mut blocked[p], at + bundle.n_rays());
+            let start = sight.shares.len();
+            sight.shares.extend(answers[at..end].iter().map(|blocked| f32::from(u8::from(!blocked))));
+            while let Some(passed) = passed.next_if(|passed| passed.index < end) {
+                let ray = start + passed.index - at;
+                // A factor has no colour.
+                sight.shares[ray] = passed.share.luminance() as f32;
+                sight.through.push((ray, passed.side));
+            }
+            at = end;
         }
-        let rows = plans.par_iter().zip(&blocked);
-        Ok(rows.map(|(plan, blocked)| (self.row(plan, blocked), blocked.len() as u64)).collect())
+        let (plans, second_plans) = plans.split_at(shooters.len());
+        let (blocked, second_blocked) = blocked.split_at(shooters.len());
+        let row = |p: usize| {
+            let (mut row, factors) = self.row(&plans[p], &blocked[p]);
+            let mut n_rays = blocked[p].shares.len();
+            if let (Some(plan), Some(blocked)) = (second_plans.get(p), second_blocked.get(p)) {
+                row.spread = self.spread(&factors, plan, blocked);
+                n_rays += blocked.shares.len();
+            }
+            (row, n_rays as u64)
+        };
+        Ok((0..shooters.len()).into_par_iter().map(row).collect())
     }
 
     /// The shooter made ready.
-    fn shooter(&self, id: ShooterId) -> Shooter {
+    pub(super) fn shooter(&self, id: ShooterId) -> Shooter {
         let mut shooter = match id {
             ShooterId::Patch(patch) => Shooter::of(self.mesh, patch, self.seed, self.offset_m),
             ShooterId::Emitter(e) => {
@@ -154,7 +160,6 @@ impl FormFactors<'_> {
 
     /// What every receiver asks of a shooter.
     fn plan(&self, aim: Aim) -> Plan {
-        let Aim { full, .. } = aim;
         let shooter = self.shooter(aim.shooter);
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
@@ -169,16 +174,48 @@ impl FormFactors<'_> {
             })
             .collect();
         self.integrate_near(&shooter, &mut kernels);
-        let dense = full || self.dense;
         let looks = (0..receivers.len())
             .into_par_iter()
             .with_min_len(1024)
-            .map(|i| {
-                let asks = dense || self.stands_in(shooter.key, i, &kernels);
-                if asks { self.looks(&shooter, i, &kernels, aim) } else { 0 }
-            })
+            .map(|i| self.looks(&shooter, i, &kernels, aim.look))
             .collect();
-        Plan { shooter, dense, kernels, looks }
+        Plan { shooter, look: aim.look, kernels: Arc::new(kernels), looks }
+    }
+
+    /// What the elements ask that look a second time: at other points of the shooter.
+    fn second_plan(&self, aim: Aim, first: &Plan) -> Plan {
+        let other = FormFactors { seed: hash(self.seed, 6 << 40, 0), ..*self };
+        let shooter = other.shooter(aim.shooter);
+        let mut looks = vec![0; self.receivers.all.len()];
+        for e in self.looking_twice(&shooter) {
+            for i in self.receivers.points_of(e) {
+                looks[i] = other.looks(&shooter, i, &first.kernels, aim.look);
+            }
+        }
+        Plan { shooter, look: aim.look, kernels: Arc::clone(&first.kernels), looks }
+    }
+
+    /// The elements that look at a shooter a second time.
+    fn looking_twice(&self, shooter: &Shooter) -> impl Iterator<Item = usize> {
+        let first = hash(0, shooter.key, 7 << 40) as usize % SECOND_LOOK_STRIDE;
+        (first..self.receivers.n_elements()).step_by(SECOND_LOOK_STRIDE)
+    }
+
+    /// [`Row::spread`] from the factors of a row and what the second look saw.
+    fn spread(&self, factors: &[f32], second: &Plan, sight: &Sight) -> Vec<(u32, f64)> {
+        let n_visible = self.n_visible(second, sight.shares.iter().copied());
+        let mut of_surfaces = BTreeMap::new();
+        for e in self.looking_twice(&second.shooter) {
+            let off = f64::from(factors[e]) - self.element_factor(second, &n_visible, e);
+            let element = &self.mesh.elements[e];
+            let variance = 0.5 * off * off * SECOND_LOOK_STRIDE as f64;
+            // What rounding to f32 takes off is no spread.
+            if off.abs() > f64::from(f32::EPSILON) * f64::from(factors[e]) {
+                let surface = self.mesh.patches[element.patch.0 as usize].surface.0;
+                *of_surfaces.entry(surface).or_insert(0.0) += element.area_m2 * variance;
+            }
+        }
+        of_surfaces.into_iter().collect()
     }
 
     /// Makes the kernels of elements close to the shooter, whose mean four points do not give, add up to that mean.
@@ -202,32 +239,59 @@ impl FormFactors<'_> {
         }
     }
 
-    /// A row from what its rays saw, in the order of [`FormFactors::bundles`].
-    fn row(&self, plan: &Plan, blocked: &[bool]) -> Row {
-        let Plan { dense, kernels, looks, .. } = plan;
+    /// What the rays of every receiver saw in all, from shares in the order of [`FormFactors::bundles`].
+    fn n_visible(&self, plan: &Plan, shares: impl Iterator<Item = f32>) -> Vec<f32> {
+        let mut n_visible = vec![0.0; self.receivers.all.len()];
+        for (owner, share) in plan.owners().zip(shares) {
+            n_visible[owner] += share;
+        }
+        n_visible
+    }
+
+    /// [`Row::passed_m2`].
+    fn passed_m2(&self, plan: &Plan, sight: &Sight) -> [f64; 2] {
+        [Facing::Front, Facing::Back].map(|side| {
+            if !sight.through.iter().any(|(_, s)| *s == side) {
+                return 0.0;
+            }
+            let mut shares = vec![0.0; sight.shares.len()];
+            for (ray, _) in sight.through.iter().filter(|(_, s)| *s == side) {
+                shares[*ray] = sight.shares[*ray];
+            }
+            let n_passed = self.n_visible(plan, shares.into_iter());
+            let area_m2 = |e: usize| self.mesh.elements[e].area_m2;
+            (0..self.receivers.n_elements())
+                .map(|e| area_m2(e) * self.element_factor(plan, &n_passed, e))
+                .sum()
+        })
+    }
+
+    /// Sparse: the share that the element's one ray saw, if it cast one.
+    fn element_share(&self, plan: &Plan, n_visible: &[f32], e: usize) -> Option<f64> {
+        self.receivers.points_of(e).find(|&i| plan.looks[i] != 0).map(|i| plan.share(n_visible, i))
+    }
+
+    fn element_factor(&self, plan: &Plan, n_visible: &[f32], e: usize) -> f64 {
+        let mut points = self.receivers.points_of(e);
+        let weighted = |i: usize| self.receivers.all[i].weight * plan.kernels[i];
+        if plan.look != Look::Sparse {
+            points.filter(|&i| plan.looks[i] != 0).map(|i| weighted(i) * plan.share(n_visible, i)).sum()
+        } else {
+            let share = self.element_share(plan, n_visible, e);
+            share.map_or(0.0, |share| share * points.by_ref().map(weighted).sum::<f64>())
+        }
+    }
+
+    /// A row from what its rays saw, and its factors to all elements.
+    fn row(&self, plan: &Plan, sight: &Sight) -> (Row, Vec<f32>) {
+        let Plan { kernels, looks, .. } = plan;
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
-        let mut n_visible = vec![0u8; receivers.len()];
-        for (owner, blocked) in plan.owners().zip(blocked) {
-            n_visible[owner] += u8::from(!blocked);
-        }
-        let own_share = |i: usize| f64::from(n_visible[i]) / f64::from(looks[i].count_ones());
-        let starts = &self.receivers.element_starts;
-        let points_of = |e: usize| starts[e] as usize..starts[e + 1] as usize;
-        // Sparse: the share that the element's one ray saw, if it cast one.
-        let element_share = |e: usize| points_of(e).find(|&i| looks[i] != 0).map(own_share);
+        let n_visible = self.n_visible(plan, sight.shares.iter().copied());
         let elements: Vec<f32> = (0..self.receivers.n_elements())
             .into_par_iter()
             .with_min_len(1024)
-            .map(|e| {
-                let weighted = |i: usize| receivers[i].weight * kernels[i];
-                let factor: f64 = if *dense {
-                    points_of(e).filter(|&i| looks[i] != 0).map(|i| weighted(i) * own_share(i)).sum()
-                } else {
-                    element_share(e).map_or(0.0, |share| share * points_of(e).map(weighted).sum::<f64>())
-                };
-                factor as f32
-            })
+            .map(|e| self.element_factor(plan, &n_visible, e) as f32)
             .collect();
         let vertices: Vec<f32> = (n_gauss..receivers.len())
             .into_par_iter()
@@ -237,17 +301,24 @@ impl FormFactors<'_> {
                     return 0.0;
                 }
                 let share = if looks[i] != 0 {
-                    own_share(i)
+                    plan.share(&n_visible, i)
                 } else {
                     let around = self.mesh.elements_around(VertexId(receivers[i].owner));
-                    let shares = around.iter().filter_map(|e| element_share(e.0 as usize));
+                    let share = |e: usize| self.element_share(plan, &n_visible, e);
+                    let shares = around.iter().filter_map(|e| share(e.0 as usize));
                     let (sum, n) = shares.fold((0.0, 0), |(sum, n), share| (sum + share, n + 1));
                     sum / f64::from(n.max(1))
                 };
                 (kernels[i] * share) as f32
             })
             .collect();
-        Row { elements: SparseRow::pack(&elements), vertices: SparseRow::pack(&vertices) }
+        let row = Row {
+            elements: SparseRow::pack(&elements),
+            vertices: SparseRow::pack(&vertices),
+            spread: Vec::new(),
+            passed_m2: self.passed_m2(plan, sight),
+        };
+        (row, elements)
     }
 
     /// Sparse: true for the one quadrature point of an element that casts its ray, a hashed one of those that the
@@ -266,22 +337,23 @@ impl FormFactors<'_> {
         n_lit > 0 && lit(e).nth(turn % n_lit) == Some(i)
     }
 
-    /// The strata that receiver `i` looks at.
-    fn looks(&self, shooter: &Shooter, i: usize, kernels: &[f64], aim: Aim) -> u8 {
-        if kernels[i] == 0.0 {
+    /// The strata that receiver `i` looks at, if it looks.
+    fn looks(&self, shooter: &Shooter, i: usize, kernels: &[f64], look: Look) -> u8 {
+        let sparse = look == Look::Sparse;
+        if kernels[i] == 0.0 || sparse && !self.stands_in(shooter.key, i, kernels) {
             return 0;
         }
         let receiver = &self.receivers.all[i];
-        let first = if self.dense {
+        let first = if sparse {
+            // At least a bundle's worth of neighbours from one point, so that they cross the same cells.
+            let group = u64::from(receiver.owner) / MAX_BUNDLE_RAYS as u64;
+            hash(self.seed, shooter.key, 4 << 40 | group) as usize
+        } else {
             let kind = u64::from(i >= self.receivers.n_gauss()) << 32;
             let turn = hash(self.seed, shooter.key, kind | u64::from(receiver.owner)) as usize;
             turn + receiver.slot as usize
-        } else {
-            // All from one point, or at least a bundle's worth of neighbours, so that they cross the same cells.
-            let group = if aim.uneven { 1 + u64::from(receiver.owner) / MAX_BUNDLE_RAYS as u64 } else { 0 };
-            hash(self.seed, shooter.key, 4 << 40 | group) as usize
         };
-        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, aim.full)
+        shooter.looks(receiver.target, receiver.normal, first % N_STRATA, look == Look::Full)
     }
 
     /// `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].
@@ -303,74 +375,24 @@ impl FormFactors<'_> {
         }));
         bundles
     }
-
-    /// Shares of each shooter's light that reach no element, how it is to be looked at, and how many rays that took, in
-    /// one query. `shooters`: who, and whether in full.
-    pub(super) fn stray_shares(
-        &self,
-        shooters: &[(ShooterId, bool)],
-        caster: &mut dyn RayCaster,
-    ) -> Result<(Vec<(StrayShares, Aim)>, u64), CastError> {
-        let (mut rays, mut ends) = (Vec::new(), Vec::new());
-        for &(shooter, full) in shooters {
-            self.add_hemisphere_rays(shooter, full, &mut rays);
-            ends.push(rays.len());
-        }
-        let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
-        let mut start = 0;
-        let shares = ends.into_iter().zip(shooters).map(|(end, &(shooter, full))| {
-            let hits = &hits[std::mem::replace(&mut start, end)..end];
-            let of_stratum = |k| {
-                let side = hemisphere_side(full);
-                let stray =
-                    stray(self.mesh, hits, |ray| f64::from(u8::from(stratum_of(ray as u32, side) == k)));
-                stray.lost + stray.back
-            };
-            let by_stratum: [f64; N_STRATA] = std::array::from_fn(of_stratum);
-            let least = by_stratum.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = by_stratum.iter().copied().fold(0.0, f64::max);
-            (stray(self.mesh, hits, |_| 1.0), Aim { shooter, full, uneven: most - least > EVEN_SHARE })
-        });
-        Ok((shares.collect(), rays.len() as u64))
-    }
-
-    fn add_hemisphere_rays(&self, shooter: ShooterId, full: bool, rays: &mut Vec<Ray>) {
-        let side = hemisphere_side(full);
-        let shooter = self.shooter(shooter);
-        let (t1, t2) = tangent_frame(shooter.normal);
-        rays.extend((0..side * side).map(|k| {
-            let (i, j) = (k % side, k / side);
-            let [du, dv] = unit_pair(hash(self.seed, shooter.key, 2 << 40 | u64::from(k)));
-            let (u, v) = ((f64::from(i) + du) / f64::from(side), (f64::from(j) + dv) / f64::from(side));
-            let (sin, cos) = (TAU * v).sin_cos();
-            let d = u.sqrt() * (cos * t1 + sin * t2) + (1.0 - u).sqrt() * shooter.normal;
-            Ray::unbounded(shooter.apexes[stratum_of(k, side)], d)
-        }));
-    }
-}
-
-/// Strata of the hemisphere along each axis.
-fn hemisphere_side(full: bool) -> u32 {
-    if full { FULL_HEMISPHERE_SIDE } else { HEMISPHERE_SIDE }
-}
-
-/// The stratum of the shooter that hemisphere ray `k` starts from.
-fn stratum_of(k: u32, side: u32) -> usize {
-    (k % side % 2 + 2 * (k / side % 2)) as usize
 }
 
 /// One shooter's questions.
 struct Plan {
     shooter: Shooter,
-    /// Every receiver looks for itself.
-    dense: bool,
+    look: Look,
     /// Unoccluded form factor at every receiver.
-    kernels: Vec<f64>,
+    kernels: Arc<Vec<f64>>,
     /// Strata that every receiver looks at, and `MIDDLE`.
     looks: Vec<u8>,
 }
 
 impl Plan {
+    /// Share of its rays that receiver `i` saw the shooter with.
+    fn share(&self, n_visible: &[f32], i: usize) -> f64 {
+        f64::from(n_visible[i]) / f64::from(self.looks[i].count_ones())
+    }
+
     /// Receivers that look at a stratum (a bit of `looks`).
     fn looking_at(&self, bit: u8) -> impl Iterator<Item = usize> {
         let looks = self.looks.iter().enumerate();
@@ -380,129 +402,5 @@ impl Plan {
     /// The receiver of every ray, in the order of [`FormFactors::bundles`].
     fn owners(&self) -> impl Iterator<Item = usize> {
         (0..N_STRATA).map(|k| 1 << k).chain([MIDDLE]).flat_map(|bit| self.looking_at(bit))
-    }
-}
-
-/// Weighted shares of rays that miss everything and that hit backs of one-sided surfaces.
-pub(super) fn stray(mesh: &Mesh, hits: &[Option<RayHit>], weight: impl Fn(usize) -> f64) -> StrayShares {
-    let (mut shares, mut total) = (StrayShares::default(), 0.0);
-    for (i, hit) in hits.iter().enumerate() {
-        total += weight(i);
-        match hit {
-            None => shares.lost += weight(i),
-            Some(hit) if mesh.patch_of_hit(hit.patch, hit.facing).is_none() => shares.back += weight(i),
-            Some(_) => {}
-        }
-    }
-    if total > 0.0 {
-        shares = StrayShares { lost: shares.lost / total, back: shares.back / total };
-    }
-    shares
-}
-
-/// What never sees a shooter.
-#[derive(Clone, Copy)]
-enum Own {
-    /// The patch itself and its other side.
-    Patch(PatchId, Option<PatchId>),
-    /// All of a plane surface.
-    Surface(SurfaceId),
-}
-
-/// A patch or emitter made ready to shoot.
-struct Shooter {
-    /// Of sampling patterns.
-    key: u64,
-    own: Own,
-    source: Source,
-    extent: Extent,
-    normal: DVec3,
-    centre: DVec3,
-    /// Source points on the patch (m), one a stratum, and the same lifted off it.
-    points: [DVec3; N_STRATA],
-    apexes: [DVec3; N_STRATA],
-}
-
-impl Shooter {
-    fn of(mesh: &Mesh, id: PatchId, seed: u64, offset_m: f64) -> Shooter {
-        let patch = &mesh.patches[id.0 as usize];
-        let corners = mesh.polygon(&patch.corners);
-        let mut points = [DVec3::ZERO; N_STRATA];
-        let mut apexes = points;
-        for k in 0..N_STRATA {
-            let jitter = stratum_jitter(seed, u64::from(id.0), k);
-            points[k] = mesh.quarter_position(id, k as u32, folded(&patch.corners, jitter));
-            apexes[k] = points[k] + offset_m * patch.normal;
-        }
-        Shooter {
-            key: u64::from(id.0),
-            own: Own::Patch(id, patch.twin),
-            source: Source::new(&corners),
-            extent: Extent::of(&corners),
-            normal: patch.normal,
-            centre: corners.iter().sum::<DVec3>() / corners.len() as f64,
-            points,
-            apexes,
-        }
-    }
-
-    fn of_emitter(emitter: &Emitter, key: u64, seed: u64, offset_m: f64) -> Shooter {
-        let [a, b, c, d] = emitter.corners;
-        let place = |k: usize| {
-            let [s, t] = stratum_jitter(seed, key, k);
-            let (s, t) = (0.5 * (s + (k & 1) as f64), 0.5 * (t + (k >> 1) as f64));
-            (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * d + s * c)
-        };
-        let points: [DVec3; N_STRATA] = std::array::from_fn(place);
-        Shooter {
-            key,
-            own: Own::Surface(emitter.surface),
-            source: Source::new(&emitter.corners),
-            extent: Extent::of(&emitter.corners),
-            normal: emitter.normal,
-            centre: 0.25 * (a + b + c + d),
-            points,
-            apexes: points.map(|p| p + offset_m * emitter.normal),
-        }
-    }
-
-    /// True for patches that never see it.
-    fn is_own(&self, mesh: &Mesh, patch: PatchId) -> bool {
-        match self.own {
-            Own::Patch(own, twin) => patch == own || Some(patch) == twin,
-            Own::Surface(surface) => mesh.patches[patch.0 as usize].surface == surface,
-        }
-    }
-
-    /// Strata that a receiver looks at: those above its horizon, all or the first from `first` on.
-    fn looks(&self, target: DVec3, normal: DVec3, first: usize, full: bool) -> u8 {
-        let mut looks = 0;
-        for turn in 0..N_STRATA {
-            let k = (first + turn) % N_STRATA;
-            if (self.points[k] - target).dot(normal) > 0.0 {
-                looks |= 1 << k;
-                if !full {
-                    break;
-                }
-            }
-        }
-        if looks == 0 { MIDDLE } else { looks }
-    }
-}
-
-/// Place of a shooter's source point in stratum `k`.
-fn stratum_jitter(seed: u64, key: u64, k: usize) -> [f64; 2] {
-    unit_pair(hash(seed, key, 1 << 40 | k as u64)).map(|u| STRATUM_MARGIN + (1.0 - 2.0 * STRATUM_MARGIN) * u)
-}
-
-/// Local coordinates of a uniform sample in an element; a triangle folds the square.
-pub(super) fn inside(mesh: &Mesh, element: ElementId, st: [f64; 2]) -> DVec2 {
-    folded(&mesh.elements[element.0 as usize].corners, st)
-}
-
-fn folded(corners: &Corners, [s, t]: [f64; 2]) -> DVec2 {
-    match corners {
-        Corners::Triangle(_) if s + t > 1.0 => DVec2::new(1.0 - s, 1.0 - t),
-        _ => DVec2::new(s, t),
     }
 }

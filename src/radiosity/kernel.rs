@@ -178,6 +178,12 @@ impl Facet {
 
     /// By Wallace's discs.
     fn by_discs(&self, point: DVec3, normal: DVec3) -> f64 {
+        // Most of what a receiver is asked of lies behind it or looks away.
+        if (point - self.corners[0]).dot(self.normal) <= 0.0
+            || self.n_above(&self.corners, point, normal) == 0
+        {
+            return 0.0;
+        }
         let disc = |cell: &[DVec3; 4]| self.disc(point, normal, cell);
         let whole = self.corners;
         let coarse = disc(&whole);
@@ -187,8 +193,8 @@ impl Facet {
         self.discs_within(point, normal, &whole, coarse, tolerance, 0)
     }
 
-    /// Sum over a cell's discs, quartered (three times at least: the horizon may cut it where it looks even) until it agrees
-    /// with the coarser value. The tolerance is halved from level to level, not quartered: errors lie where the point is near,
+    /// Sum over a cell's discs, quartered (three times at least where the horizon cuts it: it may do so where the cell looks
+    /// even) until it agrees with the coarser value. The tolerance is halved from level to level, not quartered: errors lie where the point is near,
     /// not everywhere.
     fn discs_within(
         &self,
@@ -199,14 +205,25 @@ impl Facet {
         tolerance: f64,
         depth: u32,
     ) -> f64 {
+        let n_above = self.n_above(cell, point, normal);
+        if n_above == 0 {
+            return 0.0;
+        }
         let quarters = self.quarters(cell);
         let values = quarters.map(|q| self.disc(point, normal, &q));
         let sum: f64 = values.iter().sum();
-        if depth >= 2 && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance) {
+        if (depth >= 2 || n_above == cell.len())
+            && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance)
+        {
             return sum;
         }
         let parts = quarters.iter().zip(values);
         parts.map(|(q, v)| self.discs_within(point, normal, q, v, 0.5 * tolerance, depth + 1)).sum()
+    }
+
+    /// Corners of a cell above the horizon.
+    fn n_above(&self, cell: &[DVec3; 4], point: DVec3, normal: DVec3) -> usize {
+        cell.iter().filter(|c| (**c - point).dot(normal) > 0.0).count()
     }
 
     /// A cell as one disc of its area.

@@ -18,6 +18,7 @@ use crate::units::Rgb;
 
 pub mod ambient;
 pub mod checkpoint;
+mod deposit;
 mod diagnostics;
 #[cfg(feature = "exact")]
 mod exact;
@@ -36,10 +37,12 @@ mod relight;
 mod row;
 pub mod row_cache;
 mod rows;
+mod shooter;
 mod shooting;
 pub mod solution_file;
 mod state;
 mod stochastic;
+mod stray;
 pub mod summary;
 #[cfg(test)]
 mod tests;
@@ -108,8 +111,8 @@ pub struct SolveOptions {
     /// Patches that shoot by kernel at most; with more patches than this, the rest of the power is shot stochastically,
     /// from the moment on that it takes fewer rays.
     pub max_shooters: usize,
-    /// Standard error of stochastic shooting that its rays are counted for: RMS over the elements, relative to the mean
-    /// irradiance.
+    /// Standard error that stochastic rays are counted for: RMS over the elements, relative to the mean irradiance, kernel
+    /// shots' share of it included.
     pub wanted_error: f64,
 }
 
@@ -228,9 +231,10 @@ pub struct EarlierWork {
     pub n_rays: u64,
 }
 
-/// Standard error of `E_mean` by stochastic shooting, from the spread of independent rounds.
+/// Standard error of `E_mean`: of stochastic shooting from the spread of independent rounds, of the visibility that kernel
+/// shots saw from second looks at a sample of it.
 ///
-/// Not in it: what kernel shots got wrong, and what was left unshot.
+/// Not in it: what errors of kernel shots become when they are reflected, and what was left unshot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorEstimate {
     /// RMS over the elements, relative to the mean irradiance, both by area; sums of the channels.

@@ -6,7 +6,7 @@
 //!   OFWH   what they belong to: mesh, sampling, caster     -> Key
 //!   ROWS   shooter, how it was looked at, its row          -> Entry
 //! ```
-//! Form factors are geometry: emission and reflectances are not in them. But who emits is looked at more closely, so a row
+//! Form factors are geometry, and what thin glass passes: emission and reflectances are not in them. But who emits is looked at more closely, so a row
 //! belongs to its shooter and to the way in which it was looked at. A solve with such a file has the bits of one without;
 //! it counts the rays that it casts itself.
 
@@ -16,15 +16,18 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::SolveOptions;
-use super::form_factors::{Row, ShooterId, StrayShares};
+use super::form_factors::Row;
 use super::kernel::Kernel;
+use super::shooter::Aim;
 use super::solution_file::geometry_hash;
+use super::stray::StrayShares;
 use crate::framed_file::{FramedFileError, Kind, put_section};
 use crate::mesh::Mesh;
+use crate::raycast::transmit::Panes;
 use crate::scene::Scene;
 
 const KIND: Kind =
-    Kind { magic: *b"RADROW\r\n", version: 1, name: "a file of form factors (.radrow)", sectioned: true };
+    Kind { magic: *b"RADROW\r\n", version: 2, name: "a file of form factors (.radrow)", sectioned: true };
 
 /// Why a file of form factors was not read or not written.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +49,7 @@ pub enum RowFileError {
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Key {
     geometry_hash: u64,
+    panes_hash: u64,
     seed: u64,
     dense_visibility: bool,
     kernel: Kernel,
@@ -56,9 +60,7 @@ struct Key {
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
-    shooter: ShooterId,
-    /// Looked at with all strata.
-    full: bool,
+    aim: Aim,
     stray: StrayShares,
     row: Row,
 }
@@ -68,7 +70,7 @@ struct Entry {
 pub struct RowCache {
     path: PathBuf,
     key: Key,
-    rows: BTreeMap<(ShooterId, bool), (Row, StrayShares)>,
+    rows: BTreeMap<Aim, (Row, StrayShares)>,
     n_bytes: u64,
     max_bytes: u64,
     has_more: bool,
@@ -90,6 +92,7 @@ impl RowCache {
     ) -> Result<RowCache, RowFileError> {
         let key = Key {
             geometry_hash: geometry_hash(scene, mesh),
+            panes_hash: Panes::of(scene, mesh).hash(),
             seed: options.seed,
             dense_visibility: options.dense_visibility,
             kernel: options.kernel,
@@ -116,27 +119,27 @@ impl RowCache {
         }
         let entries: Vec<Entry> = KIND.section(path, rest, *b"ROWS")?;
         KIND.end(path, rest)?;
-        let n = [mesh.elements.len(), mesh.vertices.len()];
+        let n = [mesh.elements.len(), mesh.vertices.len(), mesh.surfaces.len()];
         if let Some(at) = entries.iter().position(|entry| !entry.is_sound(n)) {
             return Err(KIND.fault(path, format!("row {at} in ROWS is no row of this mesh")).into());
         }
-        for Entry { shooter, full, stray, row } in entries {
-            cache.keep(shooter, full, &row, stray);
+        for Entry { aim, stray, row } in entries {
+            cache.keep(aim, &row, stray);
         }
         cache.has_more = false;
         Ok(cache)
     }
 
     /// The row of a shooter that was looked at in that way.
-    pub(super) fn get(&self, shooter: ShooterId, full: bool) -> Option<&(Row, StrayShares)> {
-        self.rows.get(&(shooter, full))
+    pub(super) fn get(&self, aim: &Aim) -> Option<&(Row, StrayShares)> {
+        self.rows.get(aim)
     }
 
     /// Keeps a row that was cast, if there is room.
-    pub(super) fn keep(&mut self, shooter: ShooterId, full: bool, row: &Row, stray: StrayShares) {
+    pub(super) fn keep(&mut self, aim: Aim, row: &Row, stray: StrayShares) {
         if self.n_bytes + row.n_bytes() <= self.max_bytes {
             self.n_bytes += row.n_bytes();
-            self.rows.insert((shooter, full), (row.clone(), stray));
+            self.rows.insert(aim, (row.clone(), stray));
             self.has_more = true;
         }
     }
@@ -149,8 +152,7 @@ impl RowCache {
         if !self.has_more {
             return Ok(());
         }
-        let entries: Vec<_> =
-            self.rows.iter().map(|((s, full), (row, stray))| (s, full, stray, row)).collect();
+        let entries: Vec<_> = self.rows.iter().map(|(aim, (row, stray))| (aim, stray, row)).collect();
         let mut body = Vec::new();
         put_section(&mut body, *b"OFWH", &self.key);
         put_section(&mut body, *b"ROWS", &entries);
@@ -166,6 +168,11 @@ impl Key {
                 format!("{:016x}", self.geometry_hash),
                 format!("{:016x}", now.geometry_hash),
             ),
+            (
+                "through thin glass with hash",
+                format!("{:016x}", self.panes_hash),
+                format!("{:016x}", now.panes_hash),
+            ),
             ("sampled with seed", self.seed.to_string(), now.seed.to_string()),
             ("with dense visibility", self.dense_visibility.to_string(), now.dense_visibility.to_string()),
             ("with kernel", format!("{:?}", self.kernel), format!("{:?}", now.kernel)),
@@ -179,10 +186,11 @@ impl Key {
 }
 
 impl Entry {
-    fn is_sound(&self, [n_elements, n_vertices]: [usize; 2]) -> bool {
+    fn is_sound(&self, [n_elements, n_vertices, n_surfaces]: [usize; 3]) -> bool {
         let share = |x: f64| (0.0..=1.0).contains(&x);
         self.row.elements.is_sound(n_elements)
             && self.row.vertices.is_sound(n_vertices)
+            && self.row.spread.iter().all(|(s, v)| (*s as usize) < n_surfaces && v.is_finite() && *v >= 0.0)
             && share(self.stray.lost)
             && share(self.stray.back)
     }

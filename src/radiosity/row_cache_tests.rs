@@ -1,4 +1,5 @@
 use super::*;
+use crate::radiosity::shooter::{Look, ShooterId};
 use crate::radiosity::tests::{cluttered, lit_cube};
 use crate::radiosity::{Aids, Solution, Start, solve, solve_on};
 use crate::raycast::RayCaster;
@@ -89,7 +90,8 @@ fn rows_of_another_solve_and_damaged_files_are_refused_by_name() {
     let empty = dir.path().join("none.radrow");
     let mut cache = RowCache::open(&empty, &scene, &mesh, &options, "software".to_owned(), offset_m).unwrap();
     let row = Row::default();
-    cache.keep(ShooterId::Emitter(0), false, &row, StrayShares::default());
+    let aim = Aim { shooter: ShooterId::Emitter(0), look: Look::Dense };
+    cache.keep(aim, &row, StrayShares::default());
     cache.path.clone_from(&path);
     cache.write().unwrap();
     assert!(said(&scene, &options).contains("row 0 in ROWS is no row of this mesh"));

@@ -16,34 +16,35 @@
 
 use rayon::prelude::*;
 
+use super::deposit::{add_light, add_row, add_variance, shoot};
 use super::emitters::{self, Emitter};
-use super::form_factors::{FormFactors, Row, ShooterId, StrayShares};
+use super::form_factors::{FormFactors, Row};
 use super::light_shots::{self, LightShot};
 use super::receivers::Receivers;
-use super::row::ROW_BLOCK;
 use super::row_cache::RowCache;
 use super::rows::{self, RowStore};
+use super::shooter::{Aim, Look, ShooterId};
 use super::state::{State, magnitude};
 use super::stochastic::{self, Stochastic};
+use super::stray::StrayShares;
 use super::{Aids, FormFactorMethod, Solution, SolveError, SolveOptions, SolvePhase, SolveProgress};
 use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, RayCaster};
 use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
-/// Emitting patches are looked at with all strata from everywhere when there are at most this many; among more, the
-/// errors of single ones average out, and rays would be spent fourfold.
-const MAX_FULL_SHOOTERS: usize = 256;
-/// The same where the rest is shot stochastically.
+/// Emitting patches are looked at closely, with all strata from everywhere, when there are at most this many; among more,
+/// the errors of single ones average out, and rays would be spent fourfold.
+const MAX_CLOSE_SHOOTERS: usize = 256;
+/// The same where the rest is shot stochastically; more than these are looked at with one stratum from everywhere.
 const MAX_FULL_SHOOTERS_OF_MANY: usize = 16;
 /// Rows that are cast in one query, while there is memory to keep them: a command of the board is worth its set-up then,
 /// and its clusters get equal shares. What is cast ahead and never shoots is at most this many rows.
 const ROWS_PER_QUERY: usize = 16;
 /// But at most so many receivers' questions at once: they take about 100 bytes each.
 const RECEIVERS_PER_QUERY: usize = 4_000_000;
-/// Blocks of receivers that one task updates.
-const BLOCKS_PER_TASK: usize = 32;
 
 /// Reflectance and what is neither reflected nor absorbed, of one patch.
 #[derive(Clone, Copy)]
@@ -90,7 +91,10 @@ pub(super) struct Solver<'a> {
     options: &'a SolveOptions,
     offset_m: f64,
     optics: Vec<PatchOptics>,
+    pub panes: Panes,
     exitance: Vec<Rgb>,
+    /// Patches that emit.
+    n_emitting: usize,
     /// Of scenes that will end stochastically.
     emitters: Vec<Emitter>,
     /// While there are kernel shots.
@@ -115,13 +119,17 @@ impl<'a> Solver<'a> {
                 passed: material.specular + material.transmission,
             }
         });
+        let exitance: Vec<Rgb> =
+            mesh.patches.iter().map(|p| scene.surfaces[p.surface.0 as usize].exitance).collect();
         Solver {
             scene,
             mesh,
             options,
             offset_m,
             optics: optics.collect(),
-            exitance: mesh.patches.iter().map(|p| scene.surfaces[p.surface.0 as usize].exitance).collect(),
+            panes: Panes::of(scene, mesh),
+            n_emitting: exitance.iter().filter(|m| !m.is_black()).count(),
+            exitance,
             emitters: match options.form_factors {
                 FormFactorMethod::Vertex if is_large(mesh, options) => emitters::of(scene, mesh),
                 _ => Vec::new(),
@@ -151,7 +159,7 @@ impl<'a> Solver<'a> {
         caster: &mut dyn RayCaster,
     ) -> Result<LightShot, SolveError> {
         let receivers = self.receivers.get_or_insert_with(|| Receivers::of(self.mesh, self.offset_m));
-        Ok(light_shots::shoot(self.mesh, receivers, light, caster)?)
+        Ok(light_shots::shoot(self.mesh, receivers, light, &self.panes, caster)?)
     }
 
     pub(super) fn reflectance(&self, patch: PatchId) -> Rgb {
@@ -187,7 +195,8 @@ impl<'a> Solver<'a> {
             state.stochastic = Some(stochastic::plan(self.mesh, &self.optics, self.options, state));
         }
         let stochastic = self.stochastic.get_or_insert_with(|| {
-            Stochastic::new(self.mesh, self.optics.iter().map(|o| o.reflectance).collect(), self.offset_m)
+            let reflectance = self.optics.iter().map(|o| o.reflectance).collect();
+            Stochastic::new(self.mesh, reflectance, self.offset_m, self.panes.clone())
         });
         stochastic.step(state, self.options, caster)
     }
@@ -307,6 +316,7 @@ impl<'a> Solver<'a> {
             // All patches of the surface have the same.
             let exitance = state.unshot_exitance[patches.0 as usize];
             add_row(state, exitance, Rgb::BLACK, row);
+            add_variance(state, 0.0, exitance.sum(), row);
             let power_w = exitance * area_m2;
             state.account.lost_w += power_w * stray.lost;
             state.account.back_w += power_w * stray.back;
@@ -339,21 +349,13 @@ impl<'a> Solver<'a> {
             seed: self.options.seed,
             offset_m: self.offset_m,
             kernel: self.options.kernel,
-            dense: self.options.dense_visibility,
+            // Only solves that end stochastically tell an error.
+            twice: is_large(self.mesh, self.options),
+            panes: &self.panes,
         };
-        let n_emitters = self.exitance.iter().filter(|m| !m.is_black()).count();
-        let max_full = match is_large(self.mesh, self.options) {
-            true => MAX_FULL_SHOOTERS_OF_MANY,
-            false => MAX_FULL_SHOOTERS,
-        };
-        let is_full = |shooter: &ShooterId| match shooter {
-            ShooterId::Patch(patch) => n_emitters <= max_full && !self.exitance[patch.0 as usize].is_black(),
-            ShooterId::Emitter(_) => false,
-        };
-        let mut wanted: Vec<(ShooterId, bool)> = shooters.iter().map(|s| (*s, is_full(s))).collect();
-        let cached = |(shooter, full): &(ShooterId, bool)| {
-            self.row_cache.as_ref().and_then(|cache| cache.get(*shooter, *full)).cloned()
-        };
+        let aim = |shooter: &ShooterId| Aim { shooter: *shooter, look: self.look(*shooter) };
+        let mut wanted: Vec<Aim> = shooters.iter().map(aim).collect();
+        let cached = |aim: &Aim| self.row_cache.as_ref().and_then(|cache| cache.get(aim)).cloned();
         let at_hand: Vec<Option<(Row, StrayShares)>> = wanted.iter().map(cached).collect();
         let mut known = at_hand.iter().map(Option::is_some);
         wanted.retain(|_| known.next() == Some(false));
@@ -361,16 +363,40 @@ impl<'a> Solver<'a> {
             return Ok((at_hand.into_iter().flatten().collect(), 0));
         }
         let (strays, n_stray_rays) = factors.stray_shares(&wanted, caster)?;
-        let (strays, aims): (Vec<_>, Vec<_>) = strays.into_iter().unzip();
-        let rows = factors.rows(&aims, caster)?;
+        let mut rows = factors.rows(&wanted, caster)?;
+        for ((aim, (row, _)), (_, passed)) in wanted.iter().zip(&mut rows).zip(&strays) {
+            let area_m2 = match aim.shooter {
+                ShooterId::Patch(patch) => self.mesh.patches[patch.0 as usize].area_m2,
+                ShooterId::Emitter(e) => self.emitters[e as usize].area_m2,
+            };
+            row.passed_m2 = [0, 1].map(|side| row.passed_m2[side] + area_m2 * passed[side]);
+        }
+        let strays: Vec<StrayShares> = strays.into_iter().map(|(shares, _)| shares).collect();
         let n_rays = n_stray_rays + rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
         if let Some(cache) = &mut self.row_cache {
-            for ((shooter, full), ((row, _), stray)) in wanted.iter().zip(rows.iter().zip(&strays)) {
-                cache.keep(*shooter, *full, row, *stray);
+            for (aim, ((row, _), stray)) in wanted.iter().zip(rows.iter().zip(&strays)) {
+                cache.keep(*aim, row, *stray);
             }
         }
         let mut cast = rows.into_iter().map(|(row, _)| row).zip(strays);
         Ok((at_hand.into_iter().filter_map(|row| row.or_else(|| cast.next())).collect(), n_rays))
+    }
+
+    /// How a shooter is looked at: the more closely, the more of the power it has.
+    fn look(&self, shooter: ShooterId) -> Look {
+        let is_large = is_large(self.mesh, self.options);
+        let max_full = if is_large { MAX_FULL_SHOOTERS_OF_MANY } else { MAX_CLOSE_SHOOTERS };
+        let emits = match shooter {
+            ShooterId::Patch(patch) => !self.exitance[patch.0 as usize].is_black(),
+            ShooterId::Emitter(_) if self.emitters.len() <= MAX_CLOSE_SHOOTERS => return Look::Dense,
+            ShooterId::Emitter(_) => false,
+        };
+        match self.n_emitting {
+            n if emits && n <= max_full => Look::Full,
+            n if emits && n <= MAX_CLOSE_SHOOTERS => Look::Dense,
+            _ if self.options.dense_visibility => Look::Dense,
+            _ => Look::Sparse,
+        }
     }
 
     fn rows_per_query(&self) -> usize {
@@ -514,63 +540,4 @@ fn strongest(state: &State) -> Option<PatchId> {
         }
     }
     best.1
-}
-
-/// Adds what a light does, `share` times.
-pub(super) fn add_light(state: &mut State, shot: &LightShot, share: f64) {
-    for (element, e) in state.elements.iter_mut().zip(&shot.elements) {
-        element.irradiance.direct += *e * share;
-        element.unshot += *e * share;
-    }
-    for (vertex, e) in state.vertices.iter_mut().zip(&shot.vertices) {
-        vertex.direct += *e * share;
-    }
-    let power_w = shot.power_w * share;
-    state.account.emitted_w += power_w;
-    state.account.lost_w += power_w * shot.stray.lost;
-    state.account.back_w += power_w * shot.stray.back;
-    state.n_rays += shot.n_rays;
-}
-
-/// A patch shoots all that it has not shot yet.
-fn shoot(mesh: &Mesh, optics: &[PatchOptics], state: &mut State, patch: PatchId, row: &Row) {
-    let p = patch.0 as usize;
-    let direct = std::mem::take(&mut state.unshot_exitance[p]);
-    let left_over = std::mem::take(&mut state.unshot_reflected[p]);
-    let indirect = left_over + optics[p].reflectance * state.unshot_irradiance(mesh, p);
-    for e in mesh.patches[p].elements.clone() {
-        state.elements[e as usize].unshot = Rgb::BLACK;
-    }
-    deposit(mesh, state, patch, direct, indirect, row);
-}
-
-/// Radiosity `direct` and `indirect` (W/m^2) of a patch arrives everywhere.
-pub(super) fn deposit(mesh: &Mesh, state: &mut State, patch: PatchId, direct: Rgb, indirect: Rgb, row: &Row) {
-    add_row(state, direct, indirect, row);
-    state.shot_w[patch.0 as usize] += (direct + indirect) * mesh.patches[patch.0 as usize].area_m2;
-    state.n_shots += 1;
-}
-
-/// What a shooter of these radiosities (W/m^2) adds everywhere.
-fn add_row(state: &mut State, direct: Rgb, indirect: Rgb, row: &Row) {
-    let total = direct + indirect;
-    let per_task = BLOCKS_PER_TASK * ROW_BLOCK;
-    state.elements.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
-        for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
-            row.elements.for_block(task * BLOCKS_PER_TASK + b, |place, f| {
-                let element = &mut block[place];
-                element.irradiance.direct += direct * f;
-                element.irradiance.indirect += indirect * f;
-                element.unshot += total * f;
-            });
-        }
-    });
-    state.vertices.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
-        for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
-            row.vertices.for_block(task * BLOCKS_PER_TASK + b, |place, f| {
-                block[place].direct += direct * f;
-                block[place].indirect += indirect * f;
-            });
-        }
-    });
 }

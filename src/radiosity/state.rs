@@ -12,8 +12,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::SplitIrradiance;
-use super::form_factors::StrayShares;
 use super::stochastic::StochasticState;
+use super::stray::StrayShares;
 use super::{EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, ShooterRecord};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
@@ -88,6 +88,9 @@ pub(super) struct State {
     pub earlier_error: Option<ErrorEstimate>,
     /// Parts of emitting surfaces that have shot.
     pub n_emitters: u32,
+    /// Of every surface: sum over its elements of area x variance of the irradiance that kernel shots brought (all
+    /// channels, (W/m^2)^2 m^2), as far as visibility was sampled.
+    pub kernel_variance: Vec<f64>,
     /// Once kernel shots are over.
     pub stochastic: Option<StochasticState>,
 }
@@ -113,6 +116,7 @@ impl State {
             earlier: None,
             earlier_error: None,
             n_emitters: 0,
+            kernel_variance: vec![0.0; scene.surfaces.len()],
             stochastic: None,
         }
     }
@@ -124,6 +128,7 @@ impl State {
         of_patches == [mesh.patches.len(); 4]
             && self.elements.len() == mesh.elements.len()
             && self.vertices.len() == mesh.vertices.len()
+            && self.kernel_variance.len() == mesh.surfaces.len()
             && self.kept.patches.iter().all(|p| (*p as usize) < mesh.patches.len())
     }
 

@@ -21,6 +21,7 @@ pub mod quantize;
 mod quantized;
 pub mod recording;
 pub mod software;
+pub mod transmit;
 
 pub use bundle::{MAX_BUNDLE_RAYS, RayBundle};
 pub(crate) use bundle::{cosine_direction, spun_frame};
@@ -71,6 +72,8 @@ pub enum Purpose {
     Specular,
     /// `probe` gathers.
     Probe,
+    /// Diffuse bounces of path tracing.
+    Bounce,
 }
 
 /// What a caster is asked: explicit rays, or bundles with a common apex.

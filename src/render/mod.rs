@@ -3,13 +3,14 @@
 //! ```text
 //! camera.rs tiles (Morton) --closest_hits--> trait Shader (shader.rs) --Seen--> film
 //!                                              |-- two_pass.rs: stored and sampled light
+//!                                              '-- path/: path tracing
 //! ```
 //! A wave is one sample of all pixels of a band of tiles. The order of queries and sums is fixed, so the picture has the
 //! same bits for any number of threads.
 
 mod camera;
 mod method;
-mod optics;
+pub mod path;
 mod shader;
 mod surfaces;
 mod two_pass;
@@ -23,9 +24,10 @@ use crate::reconstruct::{GradientRule, Method, ReconstructOptions, TwistRule};
 use crate::scene::{Camera, Scene};
 use crate::units::{Irradiance, Rgb};
 use camera::{Tile, View, morton_tiles};
-pub use method::RenderMethod;
+pub use method::{RenderMethod, Transport};
+use path::{PathOptions, PathTracer};
 use shader::{CameraRay, Shader};
-use two_pass::TwoPass;
+use two_pass::{Split, TwoPass};
 
 /// How pass 2 is run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -59,6 +61,19 @@ pub struct RenderOptions {
     pub ambient: bool,
     /// Keep the irradiance on the surfaces that pixels show first, too.
     pub irradiance: bool,
+    /// Of `path`: which paths count.
+    #[serde(default)]
+    pub transport: Transport,
+    /// Of `path`: paths per camera ray.
+    #[serde(default = "default_paths")]
+    pub paths: u32,
+}
+
+/// Paths per camera ray.
+pub const DEFAULT_PATHS: u32 = 64;
+
+fn default_paths() -> u32 {
+    DEFAULT_PATHS
 }
 
 impl Default for RenderOptions {
@@ -76,6 +91,8 @@ impl Default for RenderOptions {
             seed: 1,
             ambient: false,
             irradiance: false,
+            transport: Transport::Full,
+            paths: DEFAULT_PATHS,
         }
     }
 }
@@ -101,6 +118,9 @@ pub struct Rendering {
     /// Sources that are sampled where pixels show a surface first, each by its weight, row by row; `None` as in
     /// `irradiance`, and where it was not asked for.
     pub sampled_sources: Option<Vec<Option<f64>>>,
+    /// Of `path`: share of the picture's light, in the picture or dropped, that came by paths that the two-pass method does
+    /// not model.
+    pub missed_share: Option<f64>,
 }
 
 /// What direct light took.
@@ -120,6 +140,12 @@ impl Rendering {
 }
 
 impl RenderOptions {
+    /// How `path` traces.
+    pub fn path(&self) -> PathOptions {
+        let RenderOptions { transport, paths, max_depth, seed, .. } = *self;
+        PathOptions { transport, n_paths: paths, max_depth, seed }
+    }
+
     /// Its method of reconstruction with the rules.
     pub fn reconstruction(&self) -> ReconstructOptions {
         ReconstructOptions { method: self.reconstruct, gradients: self.gradients, twists: self.twists }
@@ -148,7 +174,7 @@ pub fn render(
     let (width, height) = (options.width as usize, options.height as usize);
     let samples = options.samples.clamp(1, MAX_SAMPLES);
     let view = View::new(camera, options.width, options.height);
-    let mut shader = TwoPass::new(scene, mesh, solution, caster, options)?;
+    let mut shader = shader_of(scene, mesh, solution, caster, options)?;
     let mut picture = Rendering {
         film: Film {
             width,
@@ -163,6 +189,7 @@ pub fn render(
         limited_vertices: shader.limited_vertices(),
         direct: None,
         sampled_sources: None,
+        missed_share: None,
     };
     // Sum of what the pixel's rays met, and how many met any.
     let mut received = options.irradiance.then(|| vec![(Rgb::BLACK, 0.0, 0_u32); width * height]);
@@ -193,7 +220,8 @@ pub fn render(
             progress(done as f64 / n_bands as f64);
         }
     }
-    picture.direct = shader.counts();
+    picture.missed_share = shader.missed_share();
+    picture.direct = shader.direct();
     if let Some(received) = received {
         let irradiance = |(sum, _, n): &(Rgb, f64, u32)| (*n > 0).then(|| Irradiance(*sum / f64::from(*n)));
         let sources = |(_, sources, n): &(Rgb, f64, u32)| (*n > 0).then(|| sources / f64::from(*n));
@@ -231,6 +259,26 @@ pub fn camera_ray_numbers(width: u32, height: u32, samples: u32, x: u32, y: u32)
         before += u64::from(samples) * in_band as u64;
     }
     Vec::new()
+}
+
+/// The shader that a method wants.
+fn shader_of<'a>(
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    solution: &Solution,
+    caster: &mut dyn RayCaster,
+    options: &RenderOptions,
+) -> Result<Box<dyn Shader + 'a>, CastError> {
+    let split = match options.method {
+        RenderMethod::Path => {
+            let tracer = PathTracer::new(scene, mesh, caster.surface_offset_m(), options.path());
+            return Ok(Box::new(tracer.with_irradiance(options.irradiance)));
+        }
+        RenderMethod::TwoPass => Split::Selected,
+        RenderMethod::FullRadiosity => Split::AllStored,
+        RenderMethod::Whitted => Split::Ambient,
+    };
+    Ok(Box::new(TwoPass::new(scene, mesh, solution, caster, options, split)?))
 }
 
 /// The bundles of one sample of a band of tiles, and their rays.

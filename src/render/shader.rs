@@ -6,6 +6,7 @@
 //! Contract: `seen[i]` belongs to `rays[i]`; it depends on the ray, its pixel, sample and seed alone, never on which other
 //! rays are in the wave, on the number of threads or on earlier waves.
 
+use super::DirectCounts;
 use crate::geom::Ray;
 use crate::raycast::{CastError, RayCaster, RayHit};
 use crate::sampling::mix;
@@ -57,4 +58,19 @@ pub(super) trait Shader {
         rays: &[CameraRay],
         hits: Vec<Option<RayHit>>,
     ) -> Result<Vec<Seen>, CastError>;
+
+    /// Vertices whose derivatives the limiter of the reconstruction made smaller.
+    fn limited_vertices(&self) -> usize {
+        0
+    }
+
+    /// What direct light took so far, where it is sampled.
+    fn direct(&self) -> Option<DirectCounts> {
+        None
+    }
+
+    /// Share of the light seen so far that came by paths that the two-pass method does not model, where that is known.
+    fn missed_share(&self) -> Option<f64> {
+        None
+    }
 }

@@ -14,8 +14,8 @@
 use rayon::prelude::*;
 
 use super::shader::{CameraRay, Seen, Shader};
-use super::surfaces::{Outcome, Path, Surfaces};
-use super::{DirectCounts, RenderMethod, RenderOptions};
+use super::surfaces::{MIN_WEIGHT, Outcome, Path, Surfaces};
+use super::{DirectCounts, RenderOptions};
 use crate::direct::{DirectLight, LitPoint, Selection, StoredLight};
 use crate::mesh::{Mesh, SurfacePoint};
 use crate::radiosity::{Solution, ambient};
@@ -23,6 +23,17 @@ use crate::raycast::{CastError, Purpose, Query, RayCaster, RayHit};
 use crate::reconstruct::Reconstruction;
 use crate::scene::Scene;
 use crate::units::{Radiosity, Rgb};
+
+/// What is stored and what sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Split {
+    /// As `direct/selection.rs` says.
+    Selected,
+    /// All is stored.
+    AllStored,
+    /// All direct light is sampled, an ambient term stands for the rest.
+    Ambient,
+}
 
 /// Light that is not sampled.
 enum Stored {
@@ -46,7 +57,7 @@ pub(super) struct TwoPass<'a> {
 }
 
 impl<'a> TwoPass<'a> {
-    /// For the method of `options`; chooses sources where that is a part of it.
+    /// Chooses sources where that is a part of it.
     ///
     /// # Errors
     /// When the caster fails.
@@ -56,44 +67,25 @@ impl<'a> TwoPass<'a> {
         solution: &Solution,
         caster: &mut dyn RayCaster,
         options: &RenderOptions,
+        split: Split,
     ) -> Result<TwoPass<'a>, CastError> {
         let offset_m = caster.surface_offset_m();
         let mut direct = DirectLight::new(scene, mesh, offset_m, options.direct, options.seed);
         let reconstruct = options.reconstruction();
-        let (stored, direct) = match options.method {
-            RenderMethod::TwoPass => {
+        let (stored, direct) = match split {
+            Split::Selected => {
                 let selection = Selection::new(&mut direct, mesh, solution, caster, reconstruct)?;
                 (Stored::Selected(Box::new(selection)), Some(direct))
             }
-            RenderMethod::FullRadiosity => {
+            Split::AllStored => {
                 let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(|e| e.total()).collect();
                 let element: Vec<Rgb> = solution.element_irradiance.iter().map(|e| e.total()).collect();
                 (Stored::All(Reconstruction::new(mesh, reconstruct, &vertex, &element)), None)
             }
-            RenderMethod::Whitted => (Stored::Ambient(ambient::of_emission(scene, mesh)), Some(direct)),
+            Split::Ambient => (Stored::Ambient(ambient::of_emission(scene, mesh)), Some(direct)),
         };
-        let surfaces = Surfaces { scene, mesh, offset_m };
+        let surfaces = Surfaces { scene, mesh, offset_m, min_weight: MIN_WEIGHT };
         Ok(TwoPass { surfaces, stored, direct, max_depth: options.max_depth, irradiance: options.irradiance })
-    }
-
-    /// What direct light took so far.
-    pub fn counts(&self) -> Option<DirectCounts> {
-        let direct = self.direct.as_ref()?;
-        let selection = match &self.stored {
-            Stored::Selected(selection) => Some(selection.counts()),
-            Stored::All(_) | Stored::Ambient(_) => None,
-        };
-        let before = selection.map(|s| s.shadow).unwrap_or_default();
-        Some(DirectCounts { selection, shadow: direct.counts().since(before) })
-    }
-
-    /// Vertices whose derivatives the limiter of the reconstruction made smaller.
-    pub fn limited_vertices(&self) -> usize {
-        match &self.stored {
-            Stored::Selected(selection) => selection.limited_vertices(),
-            Stored::All(field) => field.limited_vertices(),
-            Stored::Ambient(_) => 0,
-        }
     }
 
     fn stored(&self, at: SurfacePoint) -> StoredLight {
@@ -184,5 +176,23 @@ impl Shader for TwoPass<'_> {
             paths = next;
         }
         Ok(seen)
+    }
+
+    fn limited_vertices(&self) -> usize {
+        match &self.stored {
+            Stored::Selected(selection) => selection.limited_vertices(),
+            Stored::All(field) => field.limited_vertices(),
+            Stored::Ambient(_) => 0,
+        }
+    }
+
+    fn direct(&self) -> Option<DirectCounts> {
+        let direct = self.direct.as_ref()?;
+        let selection = match &self.stored {
+            Stored::Selected(selection) => Some(selection.counts()),
+            Stored::All(_) | Stored::Ambient(_) => None,
+        };
+        let before = selection.map(|s| s.shadow).unwrap_or_default();
+        Some(DirectCounts { selection, shadow: direct.counts().since(before) })
     }
 }

@@ -21,6 +21,7 @@ use crate::radiosity::{
     EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, Solution, SolveOptions,
 };
 use crate::raycast::board::WarmUp;
+use crate::render::path::PathOptions;
 use crate::render::{DirectCounts, RenderOptions};
 use crate::scene::Scene;
 use crate::units::{Irradiance, Rgb};
@@ -190,9 +191,13 @@ pub struct RenderReport {
     pub clamped_pixels: u64,
     /// Camera rays that first met a back, for each surface with any.
     pub back_hits: Vec<BackHits>,
-    /// Pass 1.
+    /// Of `path`: share of the light that came by paths that the two-pass method does not model; in the picture with full
+    /// transport, dropped with that of two-pass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_not_two_pass: Option<f64>,
+    /// Pass 1, where the method needs one.
     #[serde(flatten)]
-    pub pass_1: PassOneReport,
+    pub pass_1: Option<PassOneReport>,
     /// The board's work, when a board was emulated.
     pub board: Option<BoardReport>,
     /// Wall times.
@@ -347,12 +352,26 @@ pub struct ProbedPoint {
     pub irradiance_w_m2: Rgb,
     /// Illuminance (lx).
     pub illuminance_lx: f64,
+    /// Standard error of the irradiance (W/m^2), where it was found by chance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_error_w_m2: Option<Rgb>,
 }
 
 impl ProbedPoint {
     /// A point with its irradiance.
     pub fn new(at: DVec3, normal: DVec3, irradiance: Irradiance) -> ProbedPoint {
-        ProbedPoint { at, normal, irradiance_w_m2: irradiance.0, illuminance_lx: irradiance.illuminance_lx() }
+        ProbedPoint {
+            at,
+            normal,
+            irradiance_w_m2: irradiance.0,
+            illuminance_lx: irradiance.illuminance_lx(),
+            standard_error_w_m2: None,
+        }
+    }
+
+    /// The same, found by chance.
+    pub fn with_standard_error(self, error: Option<Rgb>) -> ProbedPoint {
+        ProbedPoint { standard_error_w_m2: error, ..self }
     }
 }
 
@@ -367,6 +386,9 @@ pub struct ProbeReport {
     pub caster: &'static str,
     /// True when the values are those stored on the mesh, not integrated at the points.
     pub interpolated: bool,
+    /// How paths were traced, when the points were probed by path tracing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_paths: Option<PathOptions>,
     /// The points in the order in which they were asked for.
     pub points: Vec<ProbedPoint>,
     /// Wall times.

@@ -16,6 +16,8 @@ use super::{
 use crate::radiosity::summary::IlluminanceRange;
 use crate::raycast::Purpose;
 use crate::reconstruct::{Method, ReconstructOptions};
+use crate::render::{RenderMethod, RenderOptions, Transport};
+use crate::units::Rgb;
 
 /// Width of the label column.
 const LABEL: usize = 11;
@@ -29,22 +31,30 @@ pub(super) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) 
 pub fn render_summary(r: &RenderReport) -> String {
     let mut out = String::new();
     scene_line(&mut out, &r.scene);
-    pass_1_lines(&mut out, &r.pass_1);
-    surfaces_table(&mut out, &r.pass_1);
+    if let Some(pass_1) = &r.pass_1 {
+        pass_1_lines(&mut out, pass_1);
+        surfaces_table(&mut out, pass_1);
+    }
     let o = &r.options;
+    let rays = count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" });
+    let how = method_text(o);
     line(
         &mut out,
         "pass 2",
-        format_args!(
-            "{}, {} x {} pixels, {} per pixel, {} reconstruction, {} caster",
-            o.method.name(),
-            o.width,
-            o.height,
-            count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
-            o.reconstruct.name(),
-            r.caster,
-        ),
+        format_args!("{} x {} pixels, {rays} per pixel, {how}, {} caster", o.width, o.height, r.caster),
     );
+    if let Some(missed) = r.share_not_two_pass {
+        let what = match o.transport {
+            Transport::Full => "in the picture",
+            Transport::TwoPass => "dropped",
+        };
+        let missed = percent(missed);
+        line(
+            &mut out,
+            "",
+            format_args!("{missed} of the light came by paths that two-pass does not model: {what}"),
+        );
+    }
     direct_lines(&mut out, r);
     reconstruction_line(&mut out, r);
     if let Some(ambient) = r.ambient_w_m2 {
@@ -115,8 +125,25 @@ fn direct_lines(out: &mut String, r: &RenderReport) {
     );
 }
 
+/// How pass 2 finds light.
+fn method_text(o: &RenderOptions) -> String {
+    let reconstruction = format!("{} reconstruction", o.reconstruct.name());
+    match o.method {
+        RenderMethod::TwoPass => format!("two-pass, {reconstruction}"),
+        RenderMethod::FullRadiosity => format!("full-radiosity, {reconstruction}"),
+        RenderMethod::Whitted => "whitted, constant ambient light".to_owned(),
+        RenderMethod::Path => {
+            let paths = count(u64::from(o.paths), if o.paths == 1 { "path" } else { "paths" });
+            format!("path tracing, {paths} per ray, {} transport", o.transport.name())
+        }
+    }
+}
+
 /// What the reconstruction had to mend, and rules that are not the usual ones; nothing where there is nothing to tell.
 fn reconstruction_line(out: &mut String, r: &RenderReport) {
+    if !r.options.method.needs_pass_1() {
+        return;
+    }
     let (o, usual) = (r.options.reconstruction(), ReconstructOptions::default());
     let mut told = Vec::new();
     if !matches!(o.method, Method::Constant | Method::Bilinear) {
@@ -188,17 +215,23 @@ pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
 
 /// The table of `probe`.
 pub fn probe_table(points: &[ProbedPoint]) -> String {
+    let by_chance = points.iter().any(|p| p.standard_error_w_m2.is_some());
     let mut out =
-        format!("{:>28}  {:>22}  {:>33}  {:>12}\n", "at (m)", "normal", "irradiance r g b (W/m^2)", "lux");
+        format!("{:>28}  {:>22}  {:>33}  {:>12}", "at (m)", "normal", "irradiance r g b (W/m^2)", "lux");
+    out.push_str(if by_chance { "  +- standard error r g b (W/m^2)\n" } else { "\n" });
     for p in points {
         let [r, g, b] = p.irradiance_w_m2.0;
-        let _ = writeln!(
+        let _ = write!(
             out,
             "{:>28}  {:>22}  {r:>11.5e}{g:>11.4e}{b:>11.4e}  {:>12.4}",
             format!("{:.4} {:.4} {:.4}", p.at.x, p.at.y, p.at.z),
             format!("{:.3} {:.3} {:.3}", p.normal.x, p.normal.y, p.normal.z),
             p.illuminance_lx
         );
+        if let Some(Rgb([r, g, b])) = p.standard_error_w_m2 {
+            let _ = write!(out, "  {r:>11.1e}{g:>10.1e}{b:>10.1e}");
+        }
+        out.push('\n');
     }
     out
 }
@@ -487,5 +520,6 @@ pub fn purpose_name(purpose: Purpose) -> &'static str {
         Purpose::Shadow => "shadow",
         Purpose::Specular => "specular",
         Purpose::Probe => "probe",
+        Purpose::Bounce => "bounce",
     }
 }

@@ -66,15 +66,16 @@ pub struct GenerateArgs {
 and of the host, which `all` leaves out:
 
   validation      pass 1: view factors, furnaces, energy, the lit cube, CIE 171 against closed forms: docs/validation.md
+  adaptive        refined against uniform meshes: elements for the same error: docs/adaptive.md
   reconstruction  methods and gradient rules: errors, Mach bands, overshoot, pictures: docs/reconstruction.md
 
 The same command writes the same bytes, but for `amdahl` and the times of `reconstruction`, which measure wall time.
 Exit status 1 when a check that an experiment makes of itself fails.")]
 pub struct ExperimentArgs {
-    /// Which experiment; `all` of the board; `validation` of pass 1 against closed forms; or `reconstruction`
+    /// Which experiment; `all` of the board; or of the host `validation`, `adaptive` or `reconstruction`
     pub name: String,
-    /// Folder for plots (.svg), rows (.csv) and pictures (.png), made when missing; of `all`, `validation` and
-    /// `reconstruction`, the document stands beside it as DIR.md [default: docs/board, of the other two docs/NAME]
+    /// Folder for plots (.svg), rows (.csv) and pictures (.png), made when missing; of `all` and of those of the
+    /// host, the document stands beside it as DIR.md [default: docs/board, of the host's docs/NAME]
     #[arg(short, long = "output", value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Small scenes and few points

@@ -7,6 +7,7 @@ mod direct;
 mod false_colour;
 mod keep;
 mod make;
+mod path;
 mod probe;
 mod render;
 mod show;
@@ -17,7 +18,8 @@ pub use common::{CastArgs, CasterArg, FormFactorsArg, KernelArg, PassOneArgs, Pi
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
-pub use probe::ProbeArgs;
+pub use path::{PathArgs, TransportArg};
+pub use probe::{ProbeArgs, ProbeMethodArg};
 pub use render::{GradientsArg, MethodArg, ReconstructArg, RenderArgs, SolveArgs, TwistsArg};
 pub use show::{CompareArgs, InfoArgs};
 pub use simulate::{SimulateArgs, TraceArgs, WorkloadArg};

@@ -6,6 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::common::{CastArgs, PictureArgs, from_zero};
 use super::false_colour::{FalseColourArg, ScaleArgs, false_colour};
+use super::path::PathArgs;
+use crate::cli::given::Given;
 use crate::image::Exposure;
 use crate::image::exposure::ExposureError;
 
@@ -59,6 +61,8 @@ pub enum MethodArg {
     FullRadiosity,
     /// Direct light by shadow rays, a constant ambient term for the rest; no pass 1
     Whitted,
+    /// Path tracing, unbiased; no pass 1
+    Path,
 }
 
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
@@ -74,10 +78,14 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
   radeng render scene.toml --false-colour illuminance=lux.png --scale 0,500
   radeng render scene.toml -o view.png --false-colour luminance --scale-kind log
   radeng render scene.toml --solution scene.radsol --reconstruct bilinear -o bands.png
+  radeng render scene.toml --method path --paths 256 -o reference.exr
   radeng render model.glb -o model.png
 
 A model file without a camera gets one that frames it, one without light gets light; both are told.")]
 pub struct RenderArgs {
+    /// What was typed: some methods have no use for some flags.
+    #[command(flatten)]
+    pub given: Given,
     /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
@@ -93,6 +101,9 @@ pub struct RenderArgs {
     /// Which light is stored, which is sampled
     #[arg(long, value_enum, value_name = "METHOD", default_value = "two-pass")]
     pub method: MethodArg,
+    /// Path tracing.
+    #[command(flatten)]
+    pub path: PathArgs,
     /// Reconstruction of the stored light between mesh vertices
     #[arg(
         long,

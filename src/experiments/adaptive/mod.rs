@@ -18,19 +18,19 @@ use crate::radiosity::refine::RefineOptions;
 use crate::scene::{MeshTarget, Scene};
 
 pub mod measure;
+mod search;
 #[cfg(test)]
 mod tests;
 
 use measure::{Errors, Quadtrees, Reference, adaptive, uniform};
+use search::Search;
 
 /// The experiment; it is about the host, not the board, so `all` leaves it out.
 pub const EXPERIMENT: Experiment =
     Experiment { name: "adaptive", title: "Adaptive meshing against uniform meshes", run };
 
-/// Refined meshes that are made of a case.
+/// Refined meshes that are made of a case at most.
 const N_TRIES: usize = 5;
-/// Factor between wanted errors while the uniform mesh's error lies on one side of all that were reached.
-const STEP: f64 = 1.5;
 /// Errors under this count as none, and none is wanted smaller (relative L2).
 const NO_ERROR: f64 = 1e-4;
 /// Unshot share of scenes whose errors are percents: most patches need not shoot then.
@@ -103,41 +103,6 @@ impl Outcome {
     }
 }
 
-/// Search for the largest wanted error whose mesh is no worse than the uniform one: steps until it is bracketed, then halves
-/// (of the logarithm).
-struct Search {
-    wanted: f64,
-    /// Largest that was good enough, smallest that was not.
-    enough: Option<f64>,
-    too_much: Option<f64>,
-}
-
-impl Search {
-    fn new(first: f64) -> Search {
-        Search { wanted: first.max(NO_ERROR), enough: None, too_much: None }
-    }
-
-    fn wanted(&self) -> f64 {
-        self.wanted
-    }
-
-    fn tell(&mut self, is_enough: bool) {
-        let now = Some(self.wanted);
-        if is_enough {
-            self.enough = self.enough.map_or(now, |most| Some(most.max(self.wanted)));
-        } else {
-            self.too_much =
-                if self.too_much.is_none_or(|least| self.wanted < least) { now } else { self.too_much };
-        }
-        self.wanted = match (self.enough, self.too_much) {
-            (Some(enough), Some(too_much)) => (enough * too_much).sqrt(),
-            (Some(enough), None) => enough * STEP,
-            (None, Some(too_much)) => (too_much / STEP).max(0.1 * NO_ERROR),
-            (None, None) => self.wanted,
-        };
-    }
-}
-
 fn measure(case: &Case, extent: Extent) -> Result<Outcome, ExperimentError> {
     let path = format!("scenes/{}/scene.toml", case.name);
     let scene = Scene::parse(case.text, Path::new(&path)).map_err(Box::new)?;
@@ -155,15 +120,16 @@ fn measure(case: &Case, extent: Extent) -> Result<Outcome, ExperimentError> {
     let uniform = of(&flat);
     let n_patches = flat.mesh.patches.len() as u64;
     let mut ours = Vec::new();
-    let mut search = Search::new(uniform.mesh_error);
-    for _ in 0..N_TRIES {
+    let allowed = uniform.errors.bilinear.max(NO_ERROR);
+    let mut search = Search::new(uniform.mesh_error.max(NO_ERROR));
+    while ours.len() < N_TRIES && !search.is_over() {
         let refine = RefineOptions { wanted_error: search.wanted(), ..RefineOptions::default() };
         let meshed = of(&adaptive(&scene, target, &options, &refine)?);
-        let is_enough = meshed.errors.bilinear <= uniform.errors.bilinear.max(NO_ERROR);
-        search.tell(is_enough);
+        let ratio = meshed.errors.bilinear / allowed;
+        search.tell(ratio);
         let is_coarsest = meshed.elements == n_patches;
         ours.push(meshed);
-        if is_coarsest && is_enough {
+        if is_coarsest && ratio <= 1.0 {
             break;
         }
     }
@@ -257,14 +223,15 @@ fn run(extent: Extent) -> Result<Findings, ExperimentError> {
              bilinear irradiance: luminance, direct and indirect, over the mean of its surface, weighted by area, all surfaces; \
              the reference's element means stand for the values at their centres. Sources are patches in all meshes, so what \
              they get wrong is in none of these errors: they measure where irradiance is stored and what visibility was seen \
-             there. Refined meshes: {N_TRIES} a scene; the wanted error is searched, by steps of {STEP} and then by halves, for \
-             the coarsest mesh that is no worse than the uniform one; errors under {} % count as none. All solves of a scene \
+             there. Refined meshes: at most {N_TRIES} a scene; the wanted error is searched for the coarsest mesh that is no \
+             worse than the uniform one, until one has an error of {:.0} to 100 % of its; errors under {} % count as none. All solves of a scene \
              leave the same share of the power unshot, the default, or {} % in cornell-box, sphere-room, mirror-glass, \
              furnished-room, random-patches and imported. The first mesh has one \
              element a patch, so for 2 x 2 elements a patch 0.25 is the least share there is. `Mesh alone`: the \
              reference's own values at the vertices. `Any quadtree`: no pruning of the full quadtrees under the patches \
              meets the uniform mesh's error of the mesh alone with fewer elements (Lagrangian bound; no balance, no \
              noise of visibility), so it is a bound for the mesh alone.",
+            100.0 * search::GOOD_RATIO,
             100.0 * NO_ERROR,
             100.0 * UNSHOT_SHARE,
         ),

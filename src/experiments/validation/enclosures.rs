@@ -3,6 +3,7 @@
 //! ```text
 //! rho, M constant: B = M / (1 - rho) everywhere      power P inside, rho everywhere: incident = P / (1 - rho)
 //! point source in a sphere: indirect E = rho P / (4 pi R^2 (1 - rho)) everywhere on its wall
+//! sphere whose wall shines, a port of the share f of it cut out: E = M (1 - f) / (1 - rho (1 - f)) everywhere
 //! ```
 
 use std::f64::consts::PI;
@@ -96,7 +97,7 @@ pub fn furnace_rows(elements: u32) -> Result<Vec<Row>, ExperimentError> {
 /// None in software.
 pub fn energy_rows(elements: u32) -> Result<Vec<Row>, ExperimentError> {
     let mut rows = Vec::new();
-    let mut add = |case: &str, formula, expected, ours, bound| {
+    let mut add = |case: &str, formula, expected: f64, ours: f64, bound| {
         rows.push(Row { group: Group::Energy, case: case.to_owned(), formula, expected, ours, bound });
     };
     let total = "incident in all = P / (1 - rho)";
@@ -142,7 +143,75 @@ pub fn energy_rows(elements: u32) -> Result<Vec<Row>, ExperimentError> {
     );
     add("integrating sphere: indirect E, worst element", uniform, indirect, farthest(e, indirect), 0.01);
     add("integrating sphere: residual / emitted", "0", 0.0, answer.residual_share(), RESIDUAL);
+
+    let rho = 0.9;
+    let f = port_share();
+    let per_wall = 1.0 - rho * (1.0 - f);
+    let of_port = "M (1 - f) / (1 - rho (1 - f)), f = 0.038 of the sphere";
+    for (port, hole) in [("black", false), ("open", true)] {
+        // Its facets are small already.
+        let answer = sphere_with_port(rho, hole).solve(elements / 4)?;
+        let case = |what: &str| format!("integrating sphere, rho 0.9, {port} port: {what}");
+        let mean = |name: &str| answer.incident_w(name) / answer.area_m2(name);
+        let expected = (1.0 - f) / per_wall;
+        add(&case("E of the wall, mean"), of_port, expected, mean("wall"), 0.005);
+        if !hole {
+            add(&case("E of the port, mean"), of_port, expected, mean("port"), 0.005);
+        }
+        let out_w = if hole { answer.solution.account.lost_w.0[1] } else { answer.incident_w("port") };
+        // What leaves is measured by 64 rays a shooter.
+        let bound = if hole { 0.02 } else { 0.005 };
+        let out = out_w / answer.emitted_w();
+        add(&case("power out / emitted"), "f / (1 - rho (1 - f))", f / per_wall, out, bound);
+        add(
+            &case("residual / emitted"),
+            "0",
+            0.0,
+            answer.residual_share(),
+            0.001_f64.max(bound * f / per_wall),
+        );
+    }
     Ok(rows)
+}
+
+/// Rows and columns of facets of the sphere with a port, and how many of the rows, from a pole on, are the port.
+const SPHERE_ROWS: u32 = 16;
+const SPHERE_AROUND: u32 = 32;
+const PORT_ROWS: u32 = 2;
+
+/// The port's share of the sphere.
+fn port_share() -> f64 {
+    0.5 * (1.0 - (PI * f64::from(PORT_ROWS) / f64::from(SPHERE_ROWS)).cos())
+}
+
+/// A sphere of facets that looks inwards, its wall of exitance 1; its port is black, or a hole.
+fn sphere_with_port(rho: f64, hole: bool) -> Setting {
+    let point = |row: u32, column: u32| {
+        let (sin, cos) = (PI * f64::from(row) / f64::from(SPHERE_ROWS)).sin_cos();
+        let (east, north) =
+            (2.0 * PI * f64::from(column % SPHERE_AROUND) / f64::from(SPHERE_AROUND)).sin_cos();
+        [sin * north, sin * east, cos]
+    };
+    let mut setting = Setting::default().material("wall", rho, 1.0).material("black", 0.0, 0.0);
+    for (row, column) in (0..SPHERE_ROWS).flat_map(|row| (0..SPHERE_AROUND).map(move |column| (row, column)))
+    {
+        let is_port = row < PORT_ROWS;
+        if is_port && hole {
+            continue;
+        }
+        let (name, material) = if is_port { ("port", "black") } else { ("wall", "wall") };
+        let name = format!("{name} {row} {column}");
+        let [a, b] = [point(row, column), point(row, column + 1)];
+        let [c, d] = [point(row + 1, column + 1), point(row + 1, column)];
+        setting = match row {
+            0 => setting.surface(&name, material, &format!("triangle = {:?}", [a, c, d])),
+            _ if row + 1 == SPHERE_ROWS => {
+                setting.surface(&name, material, &format!("triangle = {:?}", [a, b, c]))
+            }
+            _ => setting.quad(&name, material, [a, b, c, d]),
+        };
+    }
+    setting
 }
 
 fn integrating_sphere(rho: f64) -> Setting {

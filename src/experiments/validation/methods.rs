@@ -9,6 +9,7 @@ use super::row::{Group, Row};
 use super::setting::solve_with;
 use crate::experiments::ExperimentError;
 use crate::radiosity::FormFactorMethod;
+use crate::scene::{MeshTarget, Meshing};
 
 const SCENES: [(&str, &str); 2] = [
     ("cornell-box", include_str!("../../../scenes/cornell-box/scene.toml")),
@@ -26,8 +27,9 @@ const POWER: f64 = 0.005;
 pub fn rows(elements: u32) -> Result<Vec<Row>, ExperimentError> {
     let mut rows = Vec::new();
     for (name, text) in SCENES {
-        let vertex = solve_with(text, Some(elements), FormFactorMethod::Vertex)?;
-        let hemisphere = solve_with(text, Some(elements), FormFactorMethod::Hemisphere)?;
+        let meshing = |m: Meshing| Meshing { target: MeshTarget::Elements(elements), ..m };
+        let vertex = solve_with(text, meshing, FormFactorMethod::Vertex)?;
+        let hemisphere = solve_with(text, meshing, FormFactorMethod::Hemisphere)?;
         let estimate = hemisphere.solution.error_estimate.as_ref().map_or(f64::NAN, |e| e.relative_rms);
         let (mut square, mut sums) = (0.0, [0.0; 2]);
         let pairs = vertex.solution.element_irradiance.iter().zip(&hemisphere.solution.element_irradiance);

@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::summary::{SurfaceSummary, summarise};
 use crate::radiosity::{FormFactorMethod, ProbePoint, Solution, SolveOptions, SplitIrradiance, probe, solve};
 use crate::raycast::software::SoftwareCaster;
-use crate::scene::{MeshTarget, Scene};
+use crate::scene::{MeshTarget, Meshing, Scene};
 
 /// Power that is left unshot, as a share: under every bound of the table.
 pub const UNSHOT_SHARE: f64 = 1e-5;
@@ -87,8 +87,20 @@ impl Setting {
     /// # Errors
     /// A scene that is not one.
     pub fn solve(&self, elements: u32) -> Result<Answer, ExperimentError> {
-        let text = format!("version = 1\n{}{}", self.materials, self.surfaces);
-        solve_text(&text, Some(elements))
+        solve_text(&self.text(), Some(elements))
+    }
+
+    /// As [`Setting::solve`], curved surfaces with at least `min_around` patches around.
+    ///
+    /// # Errors
+    /// A scene that is not one.
+    pub fn solve_with_facets(&self, elements: u32, min_around: u32) -> Result<Answer, ExperimentError> {
+        let meshing = |m: Meshing| Meshing { target: MeshTarget::Elements(elements), min_around, ..m };
+        solve_with(&self.text(), meshing, FormFactorMethod::Vertex)
+    }
+
+    fn text(&self) -> String {
+        format!("version = 1\n{}{}", self.materials, self.surfaces)
     }
 }
 
@@ -107,22 +119,21 @@ const ROOM_WALLS: [(&str, [usize; 4]); 6] = [
 /// # Errors
 /// A scene that is not one.
 pub fn solve_text(text: &str, elements: Option<u32>) -> Result<Answer, ExperimentError> {
-    solve_with(text, elements, FormFactorMethod::Vertex)
+    let meshing = |m: Meshing| Meshing { target: elements.map_or(m.target, MeshTarget::Elements), ..m };
+    solve_with(text, meshing, FormFactorMethod::Vertex)
 }
 
-/// As [`solve_text`], power shot in one way or the other.
+/// A scene file's text, its `[meshing]` changed, solved, power shot in one way or the other.
 ///
 /// # Errors
 /// A scene that is not one.
 pub fn solve_with(
     text: &str,
-    elements: Option<u32>,
+    meshing: impl FnOnce(Meshing) -> Meshing,
     form_factors: FormFactorMethod,
 ) -> Result<Answer, ExperimentError> {
     let mut scene = Scene::parse(text, Path::new("validation")).map_err(Box::new)?;
-    if let Some(n) = elements {
-        scene.meshing.target = MeshTarget::Elements(n);
-    }
+    scene.meshing = meshing(scene.meshing);
     let mesh = Mesh::build(&scene);
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
     let options = SolveOptions { unshot_share: UNSHOT_SHARE, form_factors, ..SolveOptions::default() };
@@ -146,12 +157,6 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Patches of the front of a surface.
-    pub fn n_patches(&self, surface: &str) -> usize {
-        let at = self.scene.surfaces.iter().position(|s| s.name == surface);
-        at.map_or(0, |i| self.mesh.surfaces[i].front.len())
-    }
-
     /// Power that arrives on the surfaces whose names begin so (W).
     pub fn incident_w(&self, name: &str) -> f64 {
         self.surfaces.iter().filter(|s| s.name.starts_with(name)).map(|s| s.incident_w.0[1]).sum()

@@ -9,6 +9,7 @@ use super::row::{Group, Row};
 use super::setting::Setting;
 use crate::experiments::ExperimentError;
 use crate::geom::DVec3;
+use crate::scene::Meshing;
 
 /// Bound of cases of polygons, as a share of the value.
 const POLYGONAL: f64 = 0.002;
@@ -37,24 +38,23 @@ impl ViewFactor {
     /// # Errors
     /// None in software.
     pub fn row(&self, elements: u32) -> Result<Row, ExperimentError> {
-        Ok(self.row_and_patches(elements)?.0)
+        self.row_with_facets(elements, Meshing::MIN_AROUND)
     }
 
-    /// The same, and how many patches the emitter was cut into: facets, where it is curved.
+    /// The same, curved surfaces with at least `min_around` patches around.
     ///
     /// # Errors
     /// None in software.
-    pub fn row_and_patches(&self, elements: u32) -> Result<(Row, usize), ExperimentError> {
-        let answer = self.setting.solve(elements)?;
-        let row = Row {
+    pub fn row_with_facets(&self, elements: u32, min_around: u32) -> Result<Row, ExperimentError> {
+        let answer = self.setting.solve_with_facets(elements, min_around)?;
+        Ok(Row {
             group: Group::ViewFactor,
             case: self.name.to_owned(),
             formula: self.formula,
             expected: self.expected,
             ours: answer.incident_w("receiver") / answer.emitted_w(),
             bound: self.bound,
-        };
-        Ok((row, answer.n_patches("emitter")))
+        })
     }
 }
 

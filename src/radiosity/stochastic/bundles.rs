@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::super::form_factors::inside;
+use super::super::shooter::inside;
 use super::allocation::Allocation;
 use crate::mesh::{ElementId, Mesh, SurfacePoint};
 use crate::raycast::RayBundle;

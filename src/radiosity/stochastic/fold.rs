@@ -3,7 +3,7 @@
 //! ```text
 //! pass:  tally --> E of elements and vertices (sums over rounds), what the next pass reflects
 //!        vertex: mean under its hat
-//! round: sum of what arrived, squared --> spread over rounds --> error estimate --> another round?
+//! round: sum of what arrived, squared --> spread over rounds, variance of kernel shots --> error estimate --> another round?
 //! all:   means over rounds --> State; ErrorEstimate
 //!        vertices of borders: from the hat's centroid to the vertex along the plane through the elements around
 //! ```
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::super::state::ElementState;
 use super::super::state::{State, magnitude};
-use super::{MAX_ROUNDS, PLANNED_ROUNDS, StochasticState};
+use super::{LEAST_ERROR_SHARE, MAX_ROUNDS, PLANNED_ROUNDS, StochasticState};
 use crate::geom::tangent_frame;
 use crate::mesh::{Corners, ElementId, Mesh, VertexId};
 use crate::radiosity::{ErrorEstimate, SolveOptions};
@@ -162,7 +162,13 @@ impl StochasticState {
     }
 
     /// Closes a round: the next one begins, or all is finished.
-    pub(super) fn end_round(&mut self, mesh: &Mesh, options: &SolveOptions, start: &[ElementState]) {
+    pub(super) fn end_round(
+        &mut self,
+        mesh: &Mesh,
+        options: &SolveOptions,
+        start: &[ElementState],
+        kernel_variance: &[f64],
+    ) {
         for ((square, of_round), (left, unshot)) in
             self.squares.iter_mut().zip(&self.of_round).zip(self.left.iter_mut().zip(&self.unshot))
         {
@@ -173,8 +179,11 @@ impl StochasticState {
             self.n_first_round_rays = self.n_round_rays;
         }
         self.round += 1;
-        let good = self.round >= PLANNED_ROUNDS && self.error(mesh, start) <= options.wanted_error;
-        if good || self.round >= MAX_ROUNDS {
+        let enough =
+            |kernel_variance: &[f64], wanted: f64| self.error(mesh, start, kernel_variance) <= wanted;
+        let wanted = options.wanted_error;
+        let good = enough(kernel_variance, wanted) || enough(&[], LEAST_ERROR_SHARE * wanted);
+        if self.round >= PLANNED_ROUNDS && good || self.round >= MAX_ROUNDS {
             self.finished = true;
         } else {
             self.begin_round(start.iter().map(|e| e.unshot).collect());
@@ -188,9 +197,9 @@ impl StochasticState {
         if self.round < 2 { 0.0 } else { ((self.squares[e] - sum * sum / n) / (n * (n - 1.0))).max(0.0) }
     }
 
-    /// RMS standard error over the mean irradiance, both by area.
-    fn error(&self, mesh: &Mesh, start: &[ElementState]) -> f64 {
-        let (mut variance, mut mean) = (0.0, 0.0);
+    /// RMS standard error over the mean irradiance, both by area, that of kernel shots by their variance a surface.
+    fn error(&self, mesh: &Mesh, start: &[ElementState], kernel_variance: &[f64]) -> f64 {
+        let (mut variance, mut mean) = (kernel_variance.iter().sum(), 0.0);
         for (e, element) in mesh.elements.iter().enumerate() {
             variance += element.area_m2 * self.variance(e);
             mean += element.area_m2 * self.irradiance(e, &start[e]).sum();
@@ -218,7 +227,10 @@ impl StochasticState {
             sums[1] += element.area_m2 * self.variance(e);
             sums[2] += element.area_m2 * self.irradiance(e, &state.elements[e]).sum();
         }
-        let relative_rms = self.error(mesh, &state.elements);
+        for (sums, variance) in of_surface.iter_mut().zip(&state.kernel_variance) {
+            sums[1] += variance;
+        }
+        let relative_rms = self.error(mesh, &state.elements, &state.kernel_variance);
         let n = f64::from(self.round.max(1));
         for (element, (sum, left)) in state.elements.iter_mut().zip(self.elements.iter().zip(&self.left)) {
             element.irradiance.direct += sum.direct / n;
@@ -239,6 +251,9 @@ impl StochasticState {
         state.unshot_exitance.fill(Rgb::BLACK);
         state.account.lost_w += self.stray.lost_w / n;
         state.account.back_w += self.stray.back_w / n;
+        let [fronts_w, backs_w] = self.stray.passed_w;
+        state.account.specular_w -= fronts_w / n;
+        state.account.back_w -= backs_w / n;
         ErrorEstimate {
             relative_rms,
             surfaces: of_surface
@@ -252,6 +267,6 @@ impl StochasticState {
 }
 
 /// sqrt(mean variance) / mean, from sums over `area`.
-fn relative(variance: f64, mean: f64, area: f64) -> f64 {
+pub(super) fn relative(variance: f64, mean: f64, area: f64) -> f64 {
     if mean > 0.0 && area > 0.0 { (variance / area).sqrt() / (mean / area) } else { 0.0 }
 }

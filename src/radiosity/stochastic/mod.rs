@@ -7,12 +7,13 @@
 //! ```
 //! A pass is one stochastic Jacobi iteration (Neumann 1995; Bekaert 1999): every ray carries the same power, so an
 //! element that gets power P by rays of power w has variance P w, at most: strata and low-discrepancy places take off from
-//! that. From it comes the number of rays, n (P_unshot / P_incident)^2 / wanted_error^2 for n elements.
+//! that. From it comes the number of rays, n (P_unshot / P_incident)^2 / error^2 for n elements, where error^2 is
+//! what `wanted_error`^2 leaves after the variance of the kernel shots' visibility ([`State::kernel_variance`]).
 //! Elements shoot, not patches: each has its own unshot irradiance and rays start inside it.
 //!
 //! Results are sums of integers, so the order of the rays and the number of threads change nothing; a chunk of bundles is a
 //! step, and between steps all there is to know is [`StochasticState`].
-//! Not modelled: what kernel shots got wrong; places on elements that are no parallelograms are uniform in (s,t), not in area.
+//! Not modelled: that this variance is reflected, too; places on elements that are no parallelograms are uniform in (s,t), not in area.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +21,7 @@ use super::shooting::PatchOptics;
 use super::state::{State, magnitude};
 use super::{SolveError, SolveOptions, SplitIrradiance};
 use crate::mesh::{Locator, Mesh, PatchId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{Purpose, Query, RayBundle, RayCaster};
 use crate::units::Rgb;
 
@@ -46,6 +48,9 @@ const RAYS_PER_CHUNK: u64 = 1 << 18;
 const PLANNED_ROUNDS: u32 = 4;
 /// Rounds at most, when the error does not come under what was wanted.
 const MAX_ROUNDS: u32 = 16;
+/// Share of the wanted error that bundles are planned for at least, whatever kernel shots got wrong: what those leave is
+/// not made better by more rays.
+const LEAST_ERROR_SHARE: f64 = 0.5;
 /// A kernel shot takes about as long as this many rays an element.
 const RAYS_PER_KERNEL_SHOT: f64 = 3.0;
 
@@ -113,6 +118,16 @@ struct Flow {
     unshot_w: f64,
 }
 
+impl Flow {
+    /// Error of stochastic shooting that, beside that of the kernel shots so far, makes up the wanted one.
+    fn wanted_error(&self, mesh: &Mesh, options: &SolveOptions, state: &State) -> f64 {
+        let variance: f64 = state.kernel_variance.iter().sum();
+        let by_kernel = fold::relative(variance, self.incident_w, mesh.total_area_m2());
+        let left = options.wanted_error.powi(2) - by_kernel.powi(2);
+        left.max((LEAST_ERROR_SHARE * options.wanted_error).powi(2)).sqrt()
+    }
+}
+
 fn flow(mesh: &Mesh, optics: &[PatchOptics], state: &State) -> Flow {
     let (mut area, mut reflecting) = (0.0, 0.0);
     for (patch, optics) in mesh.patches.iter().zip(optics) {
@@ -137,8 +152,8 @@ pub(super) fn is_cheaper(
 ) -> bool {
     let flow = flow(mesh, optics, state);
     let power_w = magnitude(state.unshot_w[patch.0 as usize]);
-    let rays_per_element =
-        2.0 * flow.unshot_w * power_w / (flow.incident_w * flow.incident_w * options.wanted_error.powi(2));
+    let wanted_error = flow.wanted_error(mesh, options, state);
+    let rays_per_element = 2.0 * flow.unshot_w * power_w / (flow.incident_w * wanted_error).powi(2);
     rays_per_element < RAYS_PER_KERNEL_SHOT
 }
 
@@ -152,8 +167,8 @@ pub(super) fn plan(
     let flow = flow(mesh, optics, state);
     let n = mesh.elements.len();
     // Variance of an element's mean relative to the square of the mean of all, summed: w n unshot / incident^2.
-    let ray_power_w =
-        options.wanted_error.powi(2) * flow.incident_w * flow.incident_w / (n as f64 * flow.unshot_w);
+    let wanted_error = flow.wanted_error(mesh, options, state);
+    let ray_power_w = (wanted_error * flow.incident_w).powi(2) / (n as f64 * flow.unshot_w);
     let ray_power_w = ray_power_w * f64::from(PLANNED_ROUNDS);
     let (large, small) = BUNDLE_SIDES;
     let n_large = state.unshot_power_w() / (ray_power_w * f64::from(large * large));
@@ -202,6 +217,7 @@ pub(super) struct Stochastic<'a> {
     /// Of every patch.
     reflectance: Vec<Rgb>,
     offset_m: f64,
+    panes: Panes,
     locator: Locator,
     /// Of every vertex.
     hats: Vec<Hat>,
@@ -210,11 +226,12 @@ pub(super) struct Stochastic<'a> {
 }
 
 impl<'a> Stochastic<'a> {
-    pub(super) fn new(mesh: &'a Mesh, reflectance: Vec<Rgb>, offset_m: f64) -> Stochastic<'a> {
+    pub(super) fn new(mesh: &'a Mesh, reflectance: Vec<Rgb>, offset_m: f64, panes: Panes) -> Stochastic<'a> {
         Stochastic {
             mesh,
             reflectance,
             offset_m,
+            panes,
             locator: Locator::new(mesh),
             hats: fold::hats(mesh),
             allocation: None,
@@ -229,7 +246,8 @@ impl<'a> Stochastic<'a> {
         options: &SolveOptions,
         caster: &mut dyn RayCaster,
     ) -> Result<bool, SolveError> {
-        let State { stochastic: Some(s), elements, unshot_exitance, n_rays, .. } = state else {
+        let State { stochastic: Some(s), elements, unshot_exitance, n_rays, kernel_variance, .. } = state
+        else {
             return Ok(false);
         };
         if s.finished {
@@ -247,8 +265,12 @@ impl<'a> Stochastic<'a> {
             let query: Vec<RayBundle> = sources.iter().map(|source| source.bundle.clone()).collect();
             let hits = caster.closest_hits(Purpose::FormFactor, Query::Bundles(&query))?;
             let stray = s.tally.add(self.mesh, &self.locator, &sources, &hits, s.pass_w);
-            s.stray.lost_w += stray.lost_w;
-            s.stray.back_w += stray.back_w;
+            let beyond = self.panes.beyond(caster, Purpose::FormFactor, Query::Bundles(&query), &hits)?;
+            let behind =
+                s.tally.add_beyond(self.mesh, &self.locator, &sources, hits.len(), &beyond, s.pass_w);
+            s.stray.lost_w += stray.lost_w + behind.lost_w;
+            s.stray.back_w += stray.back_w + behind.back_w;
+            s.stray.passed_w = [0, 1].map(|side| s.stray.passed_w[side] + behind.passed_w[side]);
             s.n_round_rays += hits.len() as u64;
             s.n_rays += hits.len() as u64;
             *n_rays += hits.len() as u64;
@@ -258,7 +280,7 @@ impl<'a> Stochastic<'a> {
             self.fold(s);
             self.allocation = None;
             if !s.emission && s.left_w(self.mesh, &self.reflectance) <= s.stop_w {
-                s.end_round(self.mesh, options, elements);
+                s.end_round(self.mesh, options, elements, kernel_variance);
             }
         }
         Ok(true)
