@@ -14,10 +14,8 @@ use super::BoardReport;
 use super::bounds::Resource;
 use super::groups::{Group, kind, short};
 use super::si::{bytes, count, percent, share, si};
-use super::terminal::{line, purpose_name};
+use super::terminal::{line, purpose_name, wrapped};
 
-/// Longest line (characters).
-const WIDTH: usize = 100;
 /// Queues that are named.
 const LINKS: usize = 3;
 /// Kinds of energy that are named.
@@ -121,21 +119,6 @@ fn purpose_lines(out: &mut String, b: &BoardReport) {
         let [bundles, rays, tests, cycles, time] = cells.each_ref().map(String::as_str);
         line(out, "", row([purpose_name(p.purpose), bundles, rays, tests, cycles, time, &mean, &full]));
     }
-}
-
-/// Writes items behind a label, on as many lines as they need.
-fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
-    let (mut text, mut label) = (String::new(), label);
-    for (i, item) in items.iter().enumerate() {
-        let end = if i + 1 == items.len() { "" } else { separator };
-        if !text.is_empty() && text.len() + item.len() + end.trim_end().len() > WIDTH - 11 {
-            line(out, label, text.trim_end());
-            (text, label) = (String::new(), "");
-        }
-        text.push_str(item);
-        text.push_str(end);
-    }
-    line(out, label, text);
 }
 
 /// Bytes brought into each level and the share of look-ups that hit; what masks write back shows at the DRAM.
@@ -293,6 +276,7 @@ pub(super) fn all_blocks_table(out: &mut String, b: &BoardReport) {
 mod tests {
     use super::*;
     use crate::raycast::Purpose;
+    use crate::report::terminal::WIDTH;
     use rtl_model::functional::{CanonicalCounters, LowResolutionWork};
     use rtl_model::sim::BlockAccount;
     use rtl_model::spec::BoardSpec;

@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 mod common;
 mod false_colour;
+mod film;
 mod keep;
 mod make;
 mod probe;
@@ -14,6 +15,7 @@ mod verify;
 
 pub use common::{CastArgs, CasterArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs, SwitchArg};
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
+pub use film::{FilmArgs, FilterArg, QualityArg, SamplesArg};
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use probe::ProbeArgs;
