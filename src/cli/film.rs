@@ -61,7 +61,7 @@ impl Quality {
 pub(super) fn film(args: &RenderArgs, picture: RenderOptions) -> Result<RenderOptions, CliError> {
     let (film, given) = (&args.film, &args.given);
     if let Some(region) = film.region {
-        region.check(picture.width, picture.height).map_err(|e| CliError::Usage(format!("--region: {e}")))?;
+        region.check(picture.width, picture.height).map_err(|e| CliError::Usage(format!("--{e}")))?;
     }
     let quality = Quality::of(film.quality.unwrap_or(QualityArg::Normal));
     let (samples, max) = match given.has("samples") {

@@ -44,6 +44,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
+    if picture.adaptive.is_some() {
+        bars = bars.without_rate();
+    }
     let (mut interrupt, partial) = (Interrupt::default(), args.film.partial);
     let stop = &mut || partial && interrupt.stop();
     let show = &mut |p| bars.show(p);

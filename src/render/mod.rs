@@ -191,15 +191,7 @@ pub fn render_until(
     }
     let mut shader = shader_of(scene, mesh, solution, caster.surface_offset_m(), options);
     let limited_vertices = shader.limited_vertices();
-    let film = FilmLoop {
-        mesh,
-        camera,
-        options,
-        shader: &mut shader,
-        n_surfaces: scene.surfaces.len(),
-        stop,
-        progress,
-    };
+    let film = FilmLoop { scene, mesh, camera, options, shader: &mut shader, stop, progress };
     Ok(Rendering { limited_vertices, ..film.run(caster)? })
 }
 

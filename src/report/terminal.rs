@@ -67,7 +67,6 @@ pub fn render_summary(r: &RenderReport) -> String {
     );
     film_line(&mut out, r);
     reconstruction_line(&mut out, r);
-    kinds::kind_lines(&mut out, &r.rays_by_kind);
     if let Some(ambient) = r.ambient_w_m2 {
         let e = si(ambient.sum() / 3.0, "W/m^2");
         line(
@@ -76,9 +75,12 @@ pub fn render_summary(r: &RenderReport) -> String {
             format_args!("{e} (mean of r, g, b) added to the stored light, in no account"),
         );
     }
-    if let Some(board) = &r.board {
-        board_lines(&mut out, board);
-        block_kinds_table(&mut out, board);
+    match &r.board {
+        Some(board) => {
+            board_lines(&mut out, board);
+            block_kinds_table(&mut out, board);
+        }
+        None => kinds::kind_lines(&mut out, &r.rays_by_kind),
     }
     for (i, picture) in r.pictures.iter().enumerate() {
         let how = match picture.exposure {
@@ -176,10 +178,12 @@ pub fn solve_summary(r: &SolveReport) -> String {
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
     surfaces_table(&mut out, &r.pass_1);
-    kinds::kind_lines(&mut out, &r.rays_by_kind);
-    if let Some(board) = &r.board {
-        board_lines(&mut out, board);
-        block_kinds_table(&mut out, board);
+    match &r.board {
+        Some(board) => {
+            board_lines(&mut out, board);
+            block_kinds_table(&mut out, board);
+        }
+        None => kinds::kind_lines(&mut out, &r.rays_by_kind),
     }
     time_line(&mut out, &r.timings);
     out

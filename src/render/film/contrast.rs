@@ -18,7 +18,7 @@ use crate::image::Exposure;
 use crate::image::png::srgb_encode;
 use crate::mesh::Mesh;
 use crate::raycast::{Facing, RayHit};
-use crate::scene::SurfaceId;
+use crate::scene::{MaterialId, Scene, SurfaceId};
 use crate::units::Rgb;
 
 /// Adaptive image sampling.
@@ -49,21 +49,41 @@ const ERROR_SHARE: f64 = 0.25;
 /// Normals of one surface that differ by more than this (cosine of 30 degrees) are an edge: more than facets of a ball do.
 const EDGE_COSINE: f64 = 0.866;
 
+/// Normals and distances (share of 1 m and the distance) that differ by less are of one plane.
+const PLANE: f64 = 1e-6;
+
 /// The tone of a radiance (W/m^2/sr) that is `scale` times as bright on the display.
 fn tone(radiance: Rgb, scale: f64) -> f64 {
     srgb_encode((radiance.luminance() * scale).clamp(0.0, 1.0))
 }
 
-/// What a ray meets first, as far as edges go: nothing, or a surface with a normal, shining or not.
+/// What a ray meets first, as far as edges go: nothing, or a side of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Signature(Option<(SurfaceId, DVec3, bool)>);
+pub(super) struct Signature(Option<Side>);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Side {
+    surface: SurfaceId,
+    material: MaterialId,
+    normal: DVec3,
+    /// Of its patch's plane, along the normal (m).
+    distance: f64,
+    emits: bool,
+}
 
 impl Signature {
-    pub fn of(mesh: &Mesh, hit: Option<RayHit>, emits: bool) -> Signature {
+    pub fn of(scene: &Scene, mesh: &Mesh, hit: Option<RayHit>, emits: bool) -> Signature {
         Signature(hit.map(|hit| {
             let patch = &mesh.patches[hit.patch.0 as usize];
             let turn = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
-            (patch.surface, turn * patch.normal, emits)
+            let corner = mesh.vertices[patch.corners.vertices()[0].0 as usize].position;
+            Side {
+                surface: patch.surface,
+                material: scene.surfaces[patch.surface.0 as usize].material,
+                normal: turn * patch.normal,
+                distance: turn * patch.normal.dot(corner),
+                emits,
+            }
         }))
     }
 
@@ -71,11 +91,20 @@ impl Signature {
     fn differs(&self, other: &Signature) -> bool {
         match (self.0, other.0) {
             (None, None) => false,
-            (Some((surface, normal, emits)), Some((other, other_normal, other_emits))) => {
-                surface != other || emits != other_emits || normal.dot(other_normal) < EDGE_COSINE
-            }
+            (Some(one), Some(other)) => one.differs(&other),
             _ => true,
         }
+    }
+}
+
+impl Side {
+    /// Surfaces of one material in one plane have no edge between them.
+    fn differs(&self, other: &Side) -> bool {
+        let near = PLANE * (1.0 + self.distance.abs());
+        let one_plane =
+            self.normal.abs_diff_eq(other.normal, PLANE) && (self.distance - other.distance).abs() < near;
+        let one_surface = self.surface == other.surface || self.material == other.material && one_plane;
+        !one_surface || self.emits != other.emits || self.normal.dot(other.normal) < EDGE_COSINE
     }
 }
 
@@ -165,7 +194,14 @@ impl Tones {
 mod tests {
     use super::*;
 
-    const FLOOR: Signature = Signature(Some((SurfaceId(0), DVec3::Z, false)));
+    const FLOOR_SIDE: Side = Side {
+        surface: SurfaceId(0),
+        material: MaterialId(0),
+        normal: DVec3::Z,
+        distance: 2.0,
+        emits: false,
+    };
+    const FLOOR: Signature = Signature(Some(FLOOR_SIDE));
 
     /// A region of one row of pixels with these rays.
     fn row(pixels: &[&[(f64, Signature)]]) -> Tones {
@@ -204,11 +240,15 @@ mod tests {
         let edge = |other: Signature| wanting(&[&[(0.5, FLOOR)], &[(0.5, other)]], true);
         assert_eq!(edge(FLOOR), [false; 2]);
         assert_eq!(edge(Signature(None)), [true; 2]);
-        assert_eq!(edge(Signature(Some((SurfaceId(1), DVec3::Z, false)))), [true; 2]);
-        assert_eq!(edge(Signature(Some((SurfaceId(0), DVec3::X, false)))), [true; 2]);
-        assert_eq!(edge(Signature(Some((SurfaceId(0), DVec3::Z, true)))), [true; 2]);
+        let side = |side: Side| edge(Signature(Some(side)));
+        assert_eq!(side(Side { normal: DVec3::X, ..FLOOR_SIDE }), [true; 2]);
+        assert_eq!(side(Side { emits: true, ..FLOOR_SIDE }), [true; 2]);
         let facet = DVec3::new(0.3, 0.0, 1.0).normalize();
-        assert_eq!(edge(Signature(Some((SurfaceId(0), facet, false)))), [false; 2], "17 degrees: a facet");
+        assert_eq!(side(Side { normal: facet, ..FLOOR_SIDE }), [false; 2], "17 degrees: a facet");
+        let next = Side { surface: SurfaceId(1), ..FLOOR_SIDE };
+        assert_eq!(side(next), [false; 2], "the floor's other part");
+        assert_eq!(side(Side { material: MaterialId(1), ..next }), [true; 2]);
+        assert_eq!(side(Side { distance: 2.1, ..next }), [true; 2], "a shelf over the floor");
     }
 
     #[test]

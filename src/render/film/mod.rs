@@ -21,7 +21,7 @@ use super::{RenderOptions, Rendering};
 use crate::image::{Exposure, Film};
 use crate::mesh::Mesh;
 use crate::raycast::{CastError, RayBundle, RayCaster, RayHit};
-use crate::scene::Camera;
+use crate::scene::{Camera, Scene};
 use crate::units::Rgb;
 pub use contrast::{AdaptiveSampling, CONTRAST};
 use contrast::{Signature, Tones};
@@ -52,12 +52,11 @@ const FIRST_SHARE: f64 = 0.5;
 
 /// A film loop, ready to run.
 pub(super) struct FilmLoop<'a> {
+    pub scene: &'a Scene,
     pub mesh: &'a Mesh,
     pub camera: &'a Camera,
     pub options: &'a RenderOptions,
     pub shader: &'a mut dyn Shader,
-    /// Surfaces of the scene.
-    pub n_surfaces: usize,
     /// True when the loop should end with what it has.
     pub stop: &'a mut dyn FnMut() -> bool,
     pub progress: &'a mut dyn FnMut(f64),
@@ -95,7 +94,12 @@ impl FilmLoop<'_> {
             pixels,
             places,
             bands: bands(options.width, options.height),
-            exposed: Exposed::new(pixels.based, self.n_surfaces, options, adaptive.is_none().then_some(min)),
+            exposed: Exposed::new(
+                pixels.based,
+                self.scene.surfaces.len(),
+                options,
+                adaptive.is_none().then_some(min),
+            ),
             tones: None,
             n_camera_rays: 0,
         };
@@ -202,7 +206,7 @@ impl FilmLoop<'_> {
         let seen = self.shader.see(caster, &rays, hits)?;
         if let (Some(tones), Some(met)) = (&mut run.tones, met) {
             for ((i, seen), hit) in indices.iter().zip(&seen).zip(met) {
-                tones.add(*i, seen.radiance.0, Signature::of(self.mesh, hit, seen.emits));
+                tones.add(*i, seen.radiance.0, Signature::of(self.scene, self.mesh, hit, seen.emits));
             }
         }
         for (i, seen) in indices.into_iter().zip(&seen) {
