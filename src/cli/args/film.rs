@@ -41,9 +41,7 @@ pub struct SamplesArg {
 
 pub(super) fn samples(text: &str) -> Result<SamplesArg, String> {
     let expected = || {
-        format!(
-            "expected 1 to {MAX_SAMPLES}, or MIN..MAX with 1 <= MIN <= MAX <= {MAX_SAMPLES}, such as 1..16"
-        )
+        format!("expected a number in 1..={MAX_SAMPLES}, or MIN..MAX of such numbers, as in 1..{MAX_SAMPLES}")
     };
     let number = |text: &str| text.parse::<u32>().ok().filter(|n| (1..=MAX_SAMPLES).contains(n));
     let (min, max) = match text.split_once("..") {
@@ -83,7 +81,8 @@ pub struct FilmArgs {
     /// From camera rays to pixels; all but box keep 24 bytes for every camera ray
     #[arg(long, value_enum, value_name = "FILTER", default_value = "box", help_heading = "Film")]
     pub filter: FilterArg,
-    /// Render only this part of the picture: the same pixels, bit for bit, as in the whole one
+    /// Render only this part of the picture: the same pixels, bit for bit, as in the whole one. The exposure 'auto' of a .png is
+    /// then the part's own
     #[arg(long, value_name = "X,Y,W,H", value_parser = region, allow_hyphen_values = true, help_heading = "Film")]
     pub region: Option<Region>,
     /// Also write a picture of the number of camera rays of each pixel: black none, white the most that are allowed
