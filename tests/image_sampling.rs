@@ -3,7 +3,6 @@
 //! Long: `cargo test --release --test image_sampling -- --ignored --nocapture`; docs/image-sampling.md has the figures.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use radiosity_engine::frame::{CasterChoice, Frame, FrameOptions, PassOne, render_frame};
 use radiosity_engine::image::Exposure;
@@ -143,23 +142,33 @@ fn adaptive_sampling_at_equal_rays_has_a_smaller_error_than_fixed_counts() {
 #[test]
 #[ignore = "minutes: renders a reference of 16.8 million camera rays on a fine mesh"]
 fn qualities_trade_time_for_error() {
-    let reference = Reference::new(64_000, 8);
-    for elements in [1000, 4000, 16_000] {
-        for (min, max) in [(1, 1), (1, 8), (1, 16), (4, 16)] {
-            for strata in [2, 4, 6] {
-                let options = RenderOptions { shadow_strata: strata, ..adaptive(min, max, 0.03) };
-                let start = Instant::now();
-                let frame = frame(elements, &options);
-                let seconds = start.elapsed().as_secs_f64();
-                let [linear, tone] = reference.errors(&frame.rendering.film.pixels);
-                println!(
-                    "{elements:>6} elements, {min}..{max}, {strata} x {strata}: {seconds:>7.2} s (pass 1 {:.2}), \
-                     RMSE {:.3} %, tone {:.5}",
-                    frame.timings.phases.iter().find(|p| p.name == "pass 1").map_or(0.0, |p| p.seconds),
-                    100.0 * linear,
-                    tone
-                );
-            }
-        }
+    let reference = Reference::new(32_000, 4);
+    for (elements, min, max, strata, contrast) in [
+        (1000, 1, 1, 2, 0.03),
+        (1000, 1, 1, 4, 0.03),
+        (1000, 1, 8, 2, 0.05),
+        (4000, 1, 1, 4, 0.03),
+        (4000, 1, 4, 4, 0.05),
+        (4000, 1, 8, 4, 0.03),
+        (4000, 1, 16, 4, 0.03),
+        (4000, 4, 16, 4, 0.02),
+        (4000, 4, 16, 6, 0.02),
+        (16_000, 1, 16, 4, 0.03),
+        (16_000, 4, 16, 4, 0.02),
+        (16_000, 4, 16, 6, 0.02),
+    ] {
+        let options = RenderOptions { shadow_strata: strata, ..adaptive(min, max, contrast) };
+        let frame = frame(elements, &options);
+        let [linear, tone] = reference.errors(&frame.rendering.film.pixels);
+        let seconds =
+            |name: &str| frame.timings.phases.iter().find(|p| p.name == name).map_or(0.0, |p| p.seconds);
+        println!(
+            "{elements:>6} elements, {min}..{max}, {strata} x {strata}, {contrast}: pass 1 {:.2} s, pass 2 {:.2} s, \
+             {:.2} rays, RMSE {:.3} %, tone {tone:.5}",
+            seconds("pass 1"),
+            seconds("pass 2"),
+            frame.rendering.mean_rays_per_pixel(),
+            100.0 * linear
+        );
     }
 }
