@@ -209,7 +209,7 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructOptions, seed
     RenderOptions {
         width: args.width,
         height: args.height,
-        samples: args.samples,
+        samples: args.samples.min,
         direct: args.direct.resolve(),
         reconstruct: reconstruct.method,
         gradients: reconstruct.gradients,

@@ -16,6 +16,7 @@ mod patch;
 pub mod board;
 pub mod commands;
 pub mod functional;
+pub mod metered;
 pub mod null;
 pub mod quantize;
 mod quantized;

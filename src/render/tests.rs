@@ -8,6 +8,7 @@ use super::*;
 use crate::radiosity::SplitIrradiance;
 use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Material, MaterialId, Meshing, Shape, Surface};
+use crate::units::Rgb;
 
 fn material(reflectance: f64, specular: f64, transmission: f64, ior: f64) -> Material {
     Material {

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
 use super::grid::picture_text;
+use super::kinds;
 use super::si::{count, percent, share, si, significant};
 use super::{
     CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport, SolveReport, Timings,
@@ -16,15 +17,33 @@ use super::{
 use crate::radiosity::summary::IlluminanceRange;
 use crate::raycast::Purpose;
 use crate::reconstruct::{Method, ReconstructOptions};
-use crate::render::{RenderMethod, RenderOptions, Transport};
+use crate::render::{Filter, Region, RenderMethod, RenderOptions, Transport};
 use crate::units::Rgb;
 
 /// Width of the label column.
 const LABEL: usize = 11;
 
+/// Longest line (characters).
+pub(super) const WIDTH: usize = 100;
+
 pub(super) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{label:<LABEL$}{text}");
+}
+
+/// Writes items behind a label, on as many lines as they need.
+pub(super) fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
+    let (mut text, mut label) = (String::new(), label);
+    for (i, item) in items.iter().enumerate() {
+        let end = if i + 1 == items.len() { "" } else { separator };
+        if !text.is_empty() && text.len() + item.len() + end.trim_end().len() > WIDTH - LABEL {
+            line(out, label, text.trim_end());
+            (text, label) = (String::new(), "");
+        }
+        text.push_str(item);
+        text.push_str(end);
+    }
+    line(out, label, text);
 }
 
 /// What `render` ends with.
@@ -36,7 +55,7 @@ pub fn render_summary(r: &RenderReport) -> String {
         surfaces_table(&mut out, pass_1);
     }
     let o = &r.options;
-    let rays = count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" });
+    let rays = samples_text(r);
     let how = method_text(o);
     line(
         &mut out,
@@ -55,6 +74,7 @@ pub fn render_summary(r: &RenderReport) -> String {
             format_args!("{missed} of the light came by paths that two-pass does not model: {what}"),
         );
     }
+    film_line(&mut out, r);
     direct_lines(&mut out, r);
     reconstruction_line(&mut out, r);
     if let Some(ambient) = r.ambient_w_m2 {
@@ -65,9 +85,12 @@ pub fn render_summary(r: &RenderReport) -> String {
             format_args!("{e} (mean of r, g, b) added to the stored light, in no account"),
         );
     }
-    if let Some(board) = &r.board {
-        board_lines(&mut out, board);
-        block_kinds_table(&mut out, board);
+    match &r.board {
+        Some(board) => {
+            board_lines(&mut out, board);
+            block_kinds_table(&mut out, board);
+        }
+        None => kinds::kind_lines(&mut out, &r.rays_by_kind),
     }
     for (i, picture) in r.pictures.iter().enumerate() {
         let how = match picture.exposure {
@@ -139,6 +162,51 @@ fn method_text(o: &RenderOptions) -> String {
     }
 }
 
+/// Camera rays a pixel.
+fn samples_text(r: &RenderReport) -> String {
+    let o = &r.options;
+    match o.adaptive {
+        Some(a) if a.max > o.samples => {
+            format!("{} to {} rays ({:.2})", o.samples, a.max, r.mean_rays_per_pixel)
+        }
+        _ => count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
+    }
+}
+
+/// Region, filter, quality and interruption, where there is anything to tell.
+fn film_line(out: &mut String, r: &RenderReport) {
+    let o = &r.options;
+    let mut told = Vec::new();
+    if let Some(q) = &r.quality {
+        let elements =
+            q.elements.map_or("the scene's elements".to_owned(), |n| count(n.into(), "elements wanted"));
+        let rays = match q.max_samples == q.samples {
+            true => count(q.samples.into(), "camera rays a pixel"),
+            false => format!("{} to {} camera rays a pixel", q.samples, q.max_samples),
+        };
+        told.push(format!(
+            "{} quality: {elements}, {rays}, {n} x {n} shadow strata",
+            q.name,
+            n = q.shadow_strata
+        ));
+    }
+    if let Some(region) = o.region {
+        let Region { x, y, width, height } = region;
+        told.push(format!("region of {width} x {height} at {x}, {y}"));
+    }
+    if o.filter != Filter::Box {
+        let n = count(r.negative_pixels, "pixels");
+        let negative = if r.negative_pixels > 0 { format!(", {n} negative made 0") } else { String::new() };
+        told.push(format!("{} filter{negative}", o.filter.name()));
+    }
+    if let Some(p) = &r.partial {
+        told.push(format!("stopped with {} done", percent(p.done)));
+    }
+    if !told.is_empty() {
+        wrapped(out, "", &told, "; ");
+    }
+}
+
 /// What the reconstruction had to mend, and rules that are not the usual ones; nothing where there is nothing to tell.
 fn reconstruction_line(out: &mut String, r: &RenderReport) {
     if !r.options.method.needs_pass_1() {
@@ -173,9 +241,12 @@ pub fn solve_summary(r: &SolveReport) -> String {
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
     surfaces_table(&mut out, &r.pass_1);
-    if let Some(board) = &r.board {
-        board_lines(&mut out, board);
-        block_kinds_table(&mut out, board);
+    match &r.board {
+        Some(board) => {
+            board_lines(&mut out, board);
+            block_kinds_table(&mut out, board);
+        }
+        None => kinds::kind_lines(&mut out, &r.rays_by_kind),
     }
     time_line(&mut out, &r.timings);
     out
@@ -494,7 +565,7 @@ fn surfaces_table(out: &mut String, r: &PassOneReport) {
 }
 
 /// Longest line of phases behind its label (characters).
-const TIME_LINE: usize = 100 - LABEL;
+const TIME_LINE: usize = WIDTH - LABEL;
 
 pub(super) fn time_line(out: &mut String, t: &Timings) {
     let mut text = format!("{} (", si(t.total_seconds, "s"));
@@ -509,6 +580,9 @@ pub(super) fn time_line(out: &mut String, t: &Timings) {
         text.push_str(&item);
     }
     line(out, label, text);
+    if let Some(casting) = &t.ray_casting {
+        kinds::time_line(out, casting);
+    }
 }
 
 /// A purpose as people read it.
