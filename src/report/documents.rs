@@ -429,6 +429,8 @@ pub struct ProbeReport {
     pub by_paths: Option<PathOptions>,
     /// The points in the order in which they were asked for.
     pub points: Vec<ProbedPoint>,
+    /// Rays by what they were cast for.
+    pub rays_by_kind: Vec<KindReport>,
     /// Wall times.
     pub timings: Timings,
 }
