@@ -134,7 +134,9 @@ pub(super) fn quality_report(
         elements,
         samples: picture.samples,
         max_samples: picture.adaptive.map_or(picture.samples, |a| a.max),
+        contrast: picture.adaptive.map(|a| a.contrast),
         shadow_strata: picture.direct.shadow_strata,
+        shadow_error: picture.direct.shadow_error,
     })
 }
 
