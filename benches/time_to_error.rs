@@ -16,6 +16,7 @@ use std::fs::read_to_string;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use radiosity_engine::direct::DirectOptions;
 use radiosity_engine::image::Film;
 use radiosity_engine::mesh::Mesh;
 use radiosity_engine::radiosity::{Solution, SolveOptions, solve};
@@ -87,7 +88,8 @@ fn main() {
             let mut caster = SoftwareCaster::new(mesh.cast_patches());
             let solution = solve(&scene, &mesh, &mut caster, &SolveOptions::default(), &mut |_| {})
                 .expect("the software caster does not fail");
-            let options = RenderOptions { shadow_strata, ..usual.clone() };
+            let options =
+                RenderOptions { direct: DirectOptions { shadow_strata, ..usual.direct }, ..usual.clone() };
             picture(&scene, &mesh, &solution, &options)
         });
         let setting = format!("{elements} elements, {shadow_strata} x {shadow_strata} shadow strata");

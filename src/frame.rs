@@ -24,6 +24,7 @@ use crate::mesh::Mesh;
 use crate::radiosity::refine::RefineReport;
 use crate::radiosity::{self, ProbePoint, Solution, SolveOptions, SolveProgress};
 use crate::raycast::board::{BoardCaster, CommandSink, WarmUp};
+use crate::raycast::metered::Meter;
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::{CastError, Purpose, Query, RayCaster};
@@ -96,6 +97,8 @@ pub struct Frame {
     pub rendering: Rendering,
     /// Name of the caster.
     pub caster: &'static str,
+    /// Rays by purpose, and the time that they took.
+    pub meter: Meter,
     /// What the board counted, when it was the caster.
     pub board: Option<StatisticsByPurpose>,
     /// What its queues counted.
@@ -121,6 +124,8 @@ pub struct Solved {
     pub refinement: Option<RefineReport>,
     /// Name of the caster.
     pub caster: &'static str,
+    /// Rays by purpose, and the time that they took.
+    pub meter: Meter,
     /// What the board counted, when it was the caster.
     pub board: Option<StatisticsByPurpose>,
     /// What its queues counted.
@@ -218,14 +223,30 @@ pub fn render_frame(
     picture: &RenderOptions,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Frame, FrameError> {
+    render_frame_until(path, options, picture, progress, &mut || false)
+}
+
+/// As [`render_frame`], until `stop` says true: it is asked before every wave of pass 2.
+///
+/// # Errors
+/// As [`render_frame`].
+pub fn render_frame_until(
+    path: &Path,
+    options: &FrameOptions,
+    picture: &RenderOptions,
+    progress: &mut dyn FnMut(Progress),
+    stop: &mut dyn FnMut() -> bool,
+) -> Result<Frame, FrameError> {
     let mut timings = Timings::default();
     let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let camera = camera_of(&scene)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
     let mut warnings = scene.warnings.clone();
+    let mut meter = Meter::default();
+    let mut port = meter.around(caster.port());
     let (mesh, solution, solve_options, refinement) = if picture.method.needs_pass_1() {
-        let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+        let passed = pass_1_refined(&scene, mesh, &mut port, &options.pass_1, &mut timings, progress)?;
         warnings.extend(warnings::open_account(&passed.solution.account));
         (passed.mesh, Some(passed.solution), Some(passed.options), passed.refinement)
     } else {
@@ -239,11 +260,12 @@ pub fn render_frame(
         let progress = &mut |share| progress(Progress::Render(share));
         let lit = shown.as_ref().or(solution.as_ref()).or(dark.as_ref());
         let lit = lit.expect("a solution, or a dark one where there is none");
-        render::render(&scene, &camera, &mesh, lit, caster.port(), picture, progress)
+        render::render_until(&scene, &camera, &mesh, lit, &mut port, picture, progress, stop)
     })?;
     warnings.extend(warnings::back_faces(&scene, &rendering));
     Ok(Frame {
         caster: caster.name(),
+        meter,
         board: caster.statistics(),
         links: caster.link_statistics(),
         scene,
@@ -271,12 +293,15 @@ pub fn solve_scene(
     let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let mut meter = Meter::default();
+    let mut port = meter.around(caster.port());
+    let passed = pass_1_refined(&scene, mesh, &mut port, &options.pass_1, &mut timings, progress)?;
     let Passed { mesh, solution, options: solve_options, refinement } = passed;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
         caster: caster.name(),
+        meter,
         board: caster.statistics(),
         links: caster.link_statistics(),
         scene,

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use proptest::prelude::*;
+use radiosity_engine::direct::DirectOptions;
 use radiosity_engine::frame::{CasterChoice, Frame, FrameOptions, PassOne, render_frame};
 use radiosity_engine::image::difference;
 use radiosity_engine::radiosity::{SolveOptions, solve};
@@ -17,7 +18,7 @@ fn scene(name: &str) -> PathBuf {
 }
 
 fn picture() -> RenderOptions {
-    RenderOptions { width: 20, height: 16, shadow_strata: 2, ..RenderOptions::default() }
+    RenderOptions { width: 20, height: 16, direct: DirectOptions::full(2), ..RenderOptions::default() }
 }
 
 /// A small picture of a coarse mesh, both passes.

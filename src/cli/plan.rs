@@ -209,8 +209,8 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructOptions, seed
     RenderOptions {
         width: args.width,
         height: args.height,
-        samples: args.samples,
-        shadow_strata: args.shadow_strata,
+        samples: args.samples.min,
+        direct: args.direct.resolve(),
         reconstruct: reconstruct.method,
         gradients: reconstruct.gradients,
         twists: reconstruct.twists,

@@ -64,7 +64,7 @@ fn run_points(args: &ProbeArgs) -> Result<Outcome, CliError> {
     };
     let mut warnings = probed.warnings;
     warnings.extend(plan::finish_pass_1(&options));
-    Ok(Outcome { text, warnings, check_failed: false })
+    Ok(Outcome { text, warnings, ..Outcome::default() })
 }
 
 fn points(args: &ProbeArgs) -> Result<Vec<ProbePoint>, CliError> {
@@ -167,7 +167,7 @@ fn run_grid(args: &ProbeArgs, spec: GridSpec) -> Result<Outcome, CliError> {
     };
     let mut warnings = report.warnings;
     warnings.extend(plan::finish_pass_1(&options));
-    Ok(Outcome { text, warnings, check_failed: false })
+    Ok(Outcome { text, warnings, ..Outcome::default() })
 }
 
 /// A block a cell, in the proportions of the area.

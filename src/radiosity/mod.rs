@@ -49,6 +49,7 @@ mod tests;
 
 use checkpoint::{Checkpoint, CheckpointError};
 pub use diagnostics::ReciprocityError;
+pub(crate) use receivers::Receiver;
 use row_cache::{RowCache, RowFileError};
 use solution_file::Stored;
 

@@ -3,7 +3,9 @@
 use clap::{Parser, Subcommand};
 
 mod common;
+mod direct;
 mod false_colour;
+mod film;
 mod keep;
 mod make;
 mod path;
@@ -15,6 +17,7 @@ mod verify;
 
 pub use common::{CastArgs, CasterArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs, SwitchArg};
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
+pub use film::{FilmArgs, FilterArg, QualityArg, SamplesArg};
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
 pub use path::{PathArgs, TransportArg};

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::common::{CastArgs, PictureArgs, from_zero};
 use super::false_colour::{FalseColourArg, ScaleArgs, false_colour};
+use super::film::FilmArgs;
 use super::path::PathArgs;
 use crate::cli::given::Given;
 use crate::image::Exposure;
@@ -73,7 +74,8 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
-  radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
+  radeng render scene.toml --width 512 --height 512 --samples 1..16 -o view.png -o view.exr
+  radeng render scene.toml --quality draft --width 1024 --height 1024 --region 400,300,200,200 -o detail.png
   radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png
   radeng render scene.toml --false-colour illuminance=lux.png --scale 0,500
   radeng render scene.toml -o view.png --false-colour luminance --scale-kind log
@@ -83,7 +85,7 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
 
 A model file without a camera gets one that frames it, one without light gets light; both are told.")]
 pub struct RenderArgs {
-    /// What was typed: some methods have no use for some flags.
+    /// What was typed: it wins over --quality, and some methods have no use for some flags.
     #[command(flatten)]
     pub given: Given,
     /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
@@ -98,6 +100,9 @@ pub struct RenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
+    /// How its rays become pixels.
+    #[command(flatten)]
+    pub film: FilmArgs,
     /// Which light is stored, which is sampled
     #[arg(long, value_enum, value_name = "METHOD", default_value = "two-pass")]
     pub method: MethodArg,
