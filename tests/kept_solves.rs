@@ -79,8 +79,8 @@ fn adaptive_solve_killed_at_any_moment_goes_on_on_its_refined_mesh_to_the_same_f
 #[ignore = "a minute and more"]
 fn solves_killed_at_20_moments_go_on_to_the_same_file() {
     let box_scene = scene("cornell-box");
-    let kernel = ["solve", &box_scene, "--elements", "6000"];
-    let bundles = ["solve", &box_scene, "--elements", "6000", "--max-shooters", "100"];
+    let kernel = ["solve", &box_scene, "--elements", "2000"];
+    let bundles = ["solve", &box_scene, "--elements", "3000", "--max-shooters", "100"];
     for args in [&kernel[..], &bundles[..]] {
         let resumed = kill_and_resume(args, 20);
         println!("{args:?}: 20 kills, {resumed} resumed from a checkpoint, 20 files the same");

@@ -16,7 +16,7 @@ use radiosity_engine::scene::Scene;
 
 /// Two cubes of 1 m side by side along x, between them a pane or nothing; the lamp is a part of the wall x = 0. `open`: no
 /// wall at x = 2.
-fn rooms(pane: Option<&str>, open: bool, light: &str) -> Scene {
+fn rooms(pane: Option<(&str, bool)>, open: bool, light: &str) -> Scene {
     let quad = |name: &str, material: &str, corners: [[f64; 3]; 4], two_sided: bool| {
         format!(
             "[[surface]]\nname = \"{name}\"\nmaterial = \"{material}\"\nquad = {corners:?}\ntwo_sided = {two_sided}\n"
@@ -33,9 +33,9 @@ reflectance = 0.0
 emission = 10.0
 "
     .to_string();
-    if let Some(transmission) = pane {
+    if let Some((transmission, two_sided)) = pane {
         text += &format!("[materials.pane]\nreflectance = 0.0\ntransmission = {transmission}\nior = 1.52\n");
-        text += &quad("pane", "pane", [[1., 0., 0.], [1., 1., 0.], [1., 1., 1.], [1., 0., 1.]], true);
+        text += &quad("pane", "pane", [[1., 0., 0.], [1., 1., 0.], [1., 1., 1.], [1., 0., 1.]], two_sided);
     }
     text += &quad("floor", "grey", [[0., 0., 0.], [2., 0., 0.], [2., 1., 0.], [0., 1., 0.]], false);
     text += &quad("ceiling", "grey", [[0., 0., 1.], [0., 1., 1.], [2., 1., 1.], [2., 0., 1.]], false);
@@ -68,21 +68,25 @@ fn solved(scene: &Scene, options: &SolveOptions) -> (Mesh, Solution, SoftwareCas
 #[test]
 fn account_of_rooms_with_a_pane_between_closes_however_power_is_shot() {
     let hemisphere = SolveOptions { form_factors: FormFactorMethod::Hemisphere, ..SolveOptions::default() };
-    for light in ["", POINT_LIGHT] {
-        for options in [SolveOptions::default(), hemisphere] {
-            for open in [false, true] {
-                let (_, solution, _) = solved(&rooms(Some("0.9"), open, light), &options);
-                let a = solution.account;
-                let share = |w: radiosity_engine::units::Rgb| w.0[1] / a.emitted_w.0[1];
-                // Of what meets the pane some tenth and a fifth stays on it: R and what it takes itself.
-                assert!((0.01..0.2).contains(&share(a.specular_w)), "{a:?}");
-                assert!(share(a.back_w).abs() < 0.02, "{a:?}");
-                assert_eq!(share(a.lost_w) > 0.01, open, "{a:?}");
-                assert!(share(a.residual_w).abs() < 0.01, "{light} {open} {:?}: {a:?}", options.form_factors);
-                if options.form_factors == FormFactorMethod::Vertex {
-                    assert!(solution.row_sum_error.mean < 0.03, "{:?}", solution.row_sum_error);
-                }
-            }
+    let cases = ["", POINT_LIGHT].into_iter().flat_map(|light| {
+        let of_light = [SolveOptions::default(), hemisphere].into_iter().flat_map(move |options| {
+            [(true, false), (true, true), (false, false)].map(|(two_sided, open)| (options, two_sided, open))
+        });
+        of_light.map(move |(options, two_sided, open)| (light, options, two_sided, open))
+    });
+    for (light, options, two_sided, open) in cases {
+        let (_, solution, _) = solved(&rooms(Some(("0.9", two_sided)), open, light), &options);
+        let a = solution.account;
+        let share = |w: radiosity_engine::units::Rgb| w.0[1] / a.emitted_w.0[1];
+        let case = format!("{light} {two_sided} {open} {:?}: {a:?}", options.form_factors);
+        // What the pane reflects and takes is left on it, where it has no elements on its back.
+        let (on_elements, on_backs) = (share(a.specular_w), share(a.back_w));
+        assert!((0.01..0.3).contains(&(on_elements + on_backs)) && on_elements > 0.0, "{case}");
+        assert_eq!(on_backs > 0.005, !two_sided, "{case}");
+        assert_eq!(share(a.lost_w) > 0.01, open, "{case}");
+        assert!(share(a.residual_w).abs() < 0.01, "{case}");
+        if options.form_factors == FormFactorMethod::Vertex {
+            assert!(solution.row_sum_error.mean < 0.03, "{:?}", solution.row_sum_error);
         }
     }
 }
@@ -93,7 +97,7 @@ fn irradiance_behind_a_pane_is_what_path_tracing_of_the_same_transport_finds() {
         .map(|(x, y, z)| ProbePoint { at: DVec3::new(x, y, z), normal: DVec3::Z })
         .to_vec();
     for light in ["", POINT_LIGHT] {
-        let scene = rooms(Some("0.9"), false, light);
+        let scene = rooms(Some(("0.9", true)), false, light);
         let (mesh, solution, mut caster) = solved(&scene, &SolveOptions::default());
         let stored = probe(&scene, &mesh, &solution, &mut caster, &points).unwrap();
         let how = PathOptions { transport: Transport::TwoPass, n_paths: 100_000, max_depth: 6, seed: 1 };
@@ -110,14 +114,14 @@ fn rooms_without_panes_cast_no_ray_more() {
     let (_, solution, _) = solved(&rooms(None, false, POINT_LIGHT), &SolveOptions::default());
     assert_eq!(solution.account.specular_w.0, [0.0; 3]);
     // The other room is bright where nothing stands between, dimmer behind glass, dark behind what passes nothing.
-    let far = |pane: Option<&str>| {
+    let far = |pane: Option<(&str, bool)>| {
         let (mesh, solution, _) = solved(&rooms(pane, false, ""), &SolveOptions::default());
         let of_far = mesh.surfaces.last().unwrap().front.clone();
         let elements = mesh.patches[of_far.start as usize].elements.start
             ..mesh.patches[of_far.end as usize - 1].elements.end;
         elements.map(|e| solution.element_irradiance[e as usize].total().0[1]).sum::<f64>()
     };
-    let (free, half, dark) = (far(None), far(Some("0.5")), far(Some("0.0")));
-    assert!((0.35..0.5).contains(&(half / free)), "{half} of {free}");
+    let (free, half, dark) = (far(None), far(Some(("0.5", true))), far(Some(("0.0", true))));
+    assert!((0.25..0.45).contains(&(half / free)), "{half} of {free}");
     assert_eq!(dark, 0.0);
 }

@@ -139,8 +139,8 @@ fn glass_at_normal_incidence_reflects_the_square_of_the_index_step() {
     let (eye, toward) = (3.0 * DVec3::Z, DVec3::NEG_Z);
     let by_recursion = seen(&text, eye, toward);
     assert!((by_recursion / want - 1.0).abs() < 1e-3, "{by_recursion}, not {want}");
-    let by_paths = traced(&text, eye, toward, 200_000, Transport::Full);
-    assert!((by_paths / want - 1.0).abs() < 0.05, "{by_paths}, not {want}");
+    let by_paths = traced(&text, eye, toward, 40_000, Transport::Full);
+    assert!((by_paths / want - 1.0).abs() < 0.1, "{by_paths}, not {want}");
 }
 
 #[test]
@@ -181,8 +181,8 @@ fn pane_passes_the_slabs_transmittance_at_three_angles_and_reflects_the_rest() {
         let (through, back) = (seen(&behind, -d, d), seen(&before, -d, d));
         assert!((through - 0.9 * slab).abs() < 5e-6, "{degrees} degrees: {through}");
         assert!((back - 0.9 * (1.0 - slab)).abs() < 5e-6, "{degrees} degrees, reflected: {back}");
-        let by_paths = traced(&behind, -d, d, 40_000, Transport::Full);
-        assert!((by_paths - 0.9 * slab).abs() < 0.01, "{degrees} degrees, by path: {by_paths}");
+        let by_paths = traced(&behind, -d, d, 10_000, Transport::Full);
+        assert!((by_paths - 0.9 * slab).abs() < 0.02, "{degrees} degrees, by path: {by_paths}");
     }
 }
 
@@ -205,12 +205,12 @@ fn mirrors_that_face_each_other_are_followed_to_the_limits_of_depth_and_weight()
             ..options
         };
         let l = seen_with(&hall("shining_mirror"), eye, d, &path);
-        assert!((l - want).abs() < 0.03, "depth {max_depth}, by path: {l}, not {want}");
+        assert!((l - want).abs() < 0.06, "depth {max_depth}, by path: {l}, not {want}");
     }
     // 0.01^2 of the pixel is under the limit of a thousandth.
     assert!((seen(&hall("faint_mirror"), eye, d) - 1.01).abs() < 1e-9);
     // Unbiased path tracing has no limits.
-    let all = traced(&hall("shining_mirror"), eye, d, 40_000, Transport::Full);
-    assert!((all - 2.0).abs() < 0.03, "{all}");
+    let all = traced(&hall("shining_mirror"), eye, d, 10_000, Transport::Full);
+    assert!((all - 2.0).abs() < 0.06, "{all}");
     assert!((MATERIALS.matches(&format!("{PI}")).count()) == 3, "lamps of radiance 1");
 }

@@ -93,7 +93,7 @@ pub(super) fn add_row(state: &mut State, direct: Rgb, indirect: Rgb, row: &Row) 
     });
 }
 
-/// Power that panes passed on (W, as `per` x `passed`, by their side), which is counted where it arrives, is not left on them.
+/// Power that panes passed on (W, as `per` x `passed`: where elements count it, and on backs), which is counted where it arrives, is not left on them.
 fn pass_on(state: &mut State, per: Rgb, passed: [f64; 2]) {
     state.account.specular_w -= per * passed[0];
     state.account.back_w -= per * passed[1];

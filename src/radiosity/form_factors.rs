@@ -16,7 +16,8 @@
 //! How much of F is chance: two independent looks at a shooter differ, squared and in the mean, by twice the variance of
 //! one. Of each row some elements look a second time, each time others; that makes no difference to F.
 //!
-//! Not modelled: light through glass, and the penumbra inside a patch beyond the four strata.
+//! Thin glass passes its transmittance, as a luminance. Not modelled: its colour in factors, light that it or closed glass sends
+//! elsewhere, and the penumbra inside a patch beyond the four strata.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -33,7 +34,7 @@ use super::row::SparseRow;
 use super::shooter::{Aim, Look, MIDDLE, N_STRATA, Shooter, ShooterId};
 use crate::mesh::{Mesh, VertexId};
 use crate::raycast::transmit::Panes;
-use crate::raycast::{CastError, Facing, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
+use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 use crate::sampling::hash;
 
 /// Parts that the receivers of a query are cut into.
@@ -51,8 +52,8 @@ pub(super) struct Row {
     /// Surfaces, and the sum over each one's elements of area x variance (m^2) of their factors: by second looks, so none
     /// where nobody asked for them.
     pub spread: Vec<(u32, f64)>,
-    /// Sum of area x factor (m^2) of light that came through thin glass, which is counted at the glass, too: through panes
-    /// met on their fronts and on their backs.
+    /// Sum of area x factor (m^2) of light that came through thin glass, which is counted at the glass, too: where
+    /// elements count it, and on backs.
     pub passed_m2: [f64; 2],
 }
 
@@ -78,8 +79,8 @@ pub(super) struct FormFactors<'a> {
 /// What rays saw of a shooter: 1, 0, or what panes pass.
 struct Sight {
     shares: Vec<f32>,
-    /// Of rays that passed panes: which, and the side of the last.
-    through: Vec<(usize, Facing)>,
+    /// Of rays that passed panes: which, and whether the last was met on a back.
+    through: Vec<(usize, bool)>,
 }
 
 impl FormFactors<'_> {
@@ -127,7 +128,7 @@ impl FormFactors<'_> {
                 let ray = start + passed.index - at;
                 // A factor has no colour.
                 sight.shares[ray] = passed.share.luminance() as f32;
-                sight.through.push((ray, passed.side));
+                sight.through.push((ray, passed.by_back));
             }
             at = end;
         }
@@ -250,12 +251,12 @@ impl FormFactors<'_> {
 
     /// [`Row::passed_m2`].
     fn passed_m2(&self, plan: &Plan, sight: &Sight) -> [f64; 2] {
-        [Facing::Front, Facing::Back].map(|side| {
-            if !sight.through.iter().any(|(_, s)| *s == side) {
+        [false, true].map(|by_back| {
+            if !sight.through.iter().any(|(_, b)| *b == by_back) {
                 return 0.0;
             }
             let mut shares = vec![0.0; sight.shares.len()];
-            for (ray, _) in sight.through.iter().filter(|(_, s)| *s == side) {
+            for (ray, _) in sight.through.iter().filter(|(_, b)| *b == by_back) {
                 shares[*ray] = sight.shares[*ray];
             }
             let n_passed = self.n_visible(plan, shares.into_iter());

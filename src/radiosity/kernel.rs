@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 
 /// Estimated error of the disc form, as a share of the form factor.
 pub const DISC_ERROR: f64 = 1e-3;
+/// Cells farther than this many times their size are far.
+const FAR: f64 = 3.0;
 /// Quarterings of a patch for the disc form at most.
 const MAX_DISC_DEPTH: u32 = 8;
 
@@ -193,9 +195,9 @@ impl Facet {
         self.discs_within(point, normal, &whole, coarse, tolerance, 0)
     }
 
-    /// Sum over a cell's discs, quartered (three times at least where the horizon cuts it: it may do so where the cell looks
-    /// even) until it agrees with the coarser value. The tolerance is halved from level to level, not quartered: errors lie where the point is near,
-    /// not everywhere.
+    /// Sum over a cell's discs, quartered (three times at least where it is near or the horizon cuts it: a cell and its quarters
+    /// may agree by chance) until it agrees with the coarser value. The tolerance is halved from level to level, not
+    /// quartered: errors lie where the point is near, not everywhere.
     fn discs_within(
         &self,
         point: DVec3,
@@ -212,9 +214,8 @@ impl Facet {
         let quarters = self.quarters(cell);
         let values = quarters.map(|q| self.disc(point, normal, &q));
         let sum: f64 = values.iter().sum();
-        if (depth >= 2 || n_above == cell.len())
-            && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance)
-        {
+        let may_end = depth >= 2 || n_above == cell.len() && is_far(cell, point);
+        if may_end && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance) {
             return sum;
         }
         let parts = quarters.iter().zip(values);
@@ -259,6 +260,12 @@ impl Facet {
             (a, height_a) = (b, height_b);
         }
     }
+}
+
+/// So far away that a cell and its quarters agree only where both are right.
+fn is_far([a, b, c, d]: &[DVec3; 4], point: DVec3) -> bool {
+    let size_2 = (*c - *a).length_squared().max((*d - *b).length_squared());
+    (0.25 * (*a + *b + *c + *d) - point).length_squared() > FAR * FAR * size_2
 }
 
 /// A triangle (its last corner twice) or quad cut at the middles of its edges.

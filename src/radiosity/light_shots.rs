@@ -14,7 +14,7 @@ use super::stray::{StrayShares, add_beyond, stray};
 use crate::geom::Ray;
 use crate::mesh::{ElementId, Mesh, VertexId};
 use crate::raycast::transmit::Panes;
-use crate::raycast::{CastError, Facing, Purpose, Query, RayCaster};
+use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::scene::Light;
 use crate::units::Rgb;
 
@@ -31,7 +31,7 @@ pub(super) struct LightShot {
     pub power_w: Rgb,
     /// What reached no element.
     pub stray: StrayShares,
-    /// What came through panes met on their fronts and on their backs (W): it is counted at the glass, too.
+    /// What came through panes (W), which is counted at the glass, too: by elements, and on backs.
     pub passed_w: [Rgb; 2],
     /// Rays cast.
     pub n_rays: u64,
@@ -63,8 +63,7 @@ pub(super) fn shoot(
             if i < receivers.n_gauss() {
                 let receiver = &receivers.all[i];
                 let area_m2 = mesh.elements[receiver.owner as usize].area_m2;
-                passed_w[usize::from(p.side == Facing::Back)] +=
-                    irradiance[i] * p.share * (receiver.weight * area_m2);
+                passed_w[usize::from(p.by_back)] += irradiance[i] * p.share * (receiver.weight * area_m2);
             }
         }
         for (e, share) in irradiance.iter_mut().zip(shares) {

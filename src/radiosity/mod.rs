@@ -17,6 +17,7 @@ use crate::scene::Scene;
 use crate::units::Rgb;
 
 pub mod ambient;
+mod casting;
 pub mod checkpoint;
 mod deposit;
 mod diagnostics;

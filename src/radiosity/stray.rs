@@ -12,7 +12,7 @@ use super::form_factors::FormFactors;
 use super::shooter::{Aim, Look};
 use crate::geom::{Ray, tangent_frame};
 use crate::mesh::Mesh;
-use crate::raycast::{CastError, Facing, Purpose, Query, RayCaster, RayHit, transmit};
+use crate::raycast::{CastError, Purpose, Query, RayCaster, RayHit, transmit};
 use crate::sampling::{hash, unit_pair};
 
 /// Cosine-distributed rays that measure what a shooter loses: n x n strata, jittered, dealt to its source points.
@@ -30,7 +30,7 @@ pub(super) struct StrayShares {
     pub back: f64,
 }
 
-/// Shares of light that strayed behind panes, by the side of the last: they are counted at the glass, too.
+/// Shares of light that strayed behind panes, which are counted at the glass, too: by elements, and on backs.
 pub(super) type Passed = [f64; 2];
 
 impl FormFactors<'_> {
@@ -115,7 +115,7 @@ pub(super) fn add_beyond<'a>(
             Some(hit) if mesh.patch_of_hit(hit.patch, hit.facing).is_none() => shares.back += share,
             Some(_) => continue,
         }
-        passed[usize::from(p.side == Facing::Back)] += share;
+        passed[usize::from(p.by_back)] += share;
     }
     passed
 }

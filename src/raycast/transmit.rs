@@ -27,6 +27,7 @@ struct Pane {
     normal: DVec3,
     ior: f64,
     transmission: Rgb,
+    is_two_sided: bool,
 }
 
 /// The thin glass of a scene, by cast patch.
@@ -43,8 +44,8 @@ pub struct Passed {
     pub index: usize,
     /// Share of its light that passed.
     pub share: Rgb,
-    /// The side that the last pane was met on.
-    pub side: Facing,
+    /// The last pane was met on the back of a one-sided surface, where no element counts light.
+    pub by_back: bool,
     /// Its part behind the last pane.
     pub ray: Ray,
     /// What it met there; `None`: nothing up to its end.
@@ -69,6 +70,7 @@ impl Panes {
                 normal: patch.normal,
                 ior: material.ior,
                 transmission: material.transmission,
+                is_two_sided: patch.twin.is_some(),
             })
         });
         Panes { of_patch: of_patch.collect() }
@@ -165,7 +167,7 @@ impl Panes {
         let offset_m = caster.surface_offset_m();
         let mut passing = Vec::new();
         for_each_ray(query, |index, ray| {
-            let before = Passed { index, share: Rgb::WHITE, side: Facing::Front, ray, hit: hits[index] };
+            let before = Passed { index, share: Rgb::WHITE, by_back: false, ray, hit: hits[index] };
             match self.behind(&before, offset_m) {
                 Behind::End(there) => ended.push(there),
                 Behind::OnItsWay(p) => passing.push(p),
@@ -225,7 +227,12 @@ impl Panes {
         let along = p.ray.dir.normalize();
         let lift = if pane.normal.dot(along) < 0.0 { -offset_m } else { offset_m };
         let origin = p.ray.at(hit.t) + lift * pane.normal;
-        let passed = Passed { share: p.share * transmittance, side: hit.facing, hit: None, ..*p };
+        let passed = Passed {
+            share: p.share * transmittance,
+            by_back: hit.facing == Facing::Back && !pane.is_two_sided,
+            hit: None,
+            ..*p
+        };
         if !p.ray.t_max.is_finite() {
             return Behind::OnItsWay(Passed { ray: Ray::unbounded(origin, p.ray.dir), ..passed });
         }

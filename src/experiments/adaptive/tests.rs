@@ -43,3 +43,24 @@ fn reference_against_itself_has_no_error_but_that_of_its_vertices() {
     assert!(n <= meshed.mesh.elements.len() as f64 + 1e-6, "{n}");
     assert!(trees.fewest(2.0 * alone) < n);
 }
+
+/// `cargo test --release --lib adaptive -- --ignored --nocapture`
+#[test]
+#[ignore = "minutes: every case at full size"]
+fn every_case_takes_at_most_its_share_of_the_uniform_mesh() {
+    let mut wrong = Vec::new();
+    for case in &CASES {
+        let started = std::time::Instant::now();
+        let outcome = measure(case, Extent::Full).unwrap();
+        for m in [&outcome.uniform].into_iter().chain(&outcome.ours) {
+            println!("{}: {} elements, {:?}, mesh alone {}", case.name, m.elements, m.errors, m.mesh_error);
+        }
+        let share = outcome.share(|m| m.errors.bilinear);
+        let best = outcome.best / outcome.uniform.elements as f64;
+        println!("{}: {share:?}, any quadtree {best:.3}, {:?}", case.name, started.elapsed());
+        if share.is_none_or(|s| s > case.share) {
+            wrong.push((case.name, share));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}

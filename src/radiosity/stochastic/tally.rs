@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use super::super::state::magnitude;
 use super::bundles::Source;
 use crate::mesh::{Corners, Locator, Mesh, SurfacePoint};
+use crate::raycast::RayHit;
 use crate::raycast::transmit::Passed;
-use crate::raycast::{Facing, RayHit};
 use crate::units::Rgb;
 
 /// Fraction bits of the unit.
@@ -40,7 +40,7 @@ struct Cells([AtomicI64; N_CELLS]);
 pub(super) struct Stray {
     pub lost_w: Rgb,
     pub back_w: Rgb,
-    /// What came through panes met on their fronts and on their backs: it is counted at the glass, too.
+    /// What came through panes, which is counted at the glass, too: by elements, and on backs.
     pub passed_w: [Rgb; 2],
 }
 
@@ -103,7 +103,7 @@ impl Tally {
         let mut stray = Stray::default();
         for p in beyond {
             let power_w = sources[p.index / per_bundle].ray_power_w * p.share;
-            stray.passed_w[usize::from(p.side == Facing::Back)] += power_w;
+            stray.passed_w[usize::from(p.by_back)] += power_w;
             match p.hit.map(|hit| (hit.t, mesh.patch_of_hit(hit.patch, hit.facing))) {
                 None => stray.lost_w += power_w,
                 Some((_, None)) => stray.back_w += power_w,

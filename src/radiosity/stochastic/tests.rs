@@ -103,6 +103,61 @@ fn error_estimate_is_the_distance_to_a_converged_solution_for_every_seed() {
     }
 }
 
+/// Irradiance of every element (sums of the channels) by kernel shots alone, and the variance that they state.
+fn kernel_shots(scene: &Scene, mesh: &Mesh, options: &SolveOptions) -> (Vec<f64>, f64) {
+    let mut caster = SoftwareCaster::new(mesh.cast_patches());
+    let offset_m = caster.surface_offset_m();
+    let mut solver = Solver::new(scene, mesh, options, offset_m);
+    let mut state = solver.begin(&mut caster).expect("software");
+    while state.stochastic.is_none() && solver.step(&mut state, &mut caster).expect("software") {}
+    let e = state.elements.iter().map(|e| e.irradiance.total().sum()).collect();
+    (e, state.kernel_variance.iter().sum())
+}
+
+#[test]
+fn variance_of_kernel_shots_is_their_spread_over_seeds() {
+    let scene = cluttered();
+    let mesh = Mesh::build(&scene);
+    let n = 16;
+    let runs: Vec<_> = (1..=n)
+        .map(|seed| {
+            // Nothing is left to bundles but what 60 shooters leave.
+            let options =
+                SolveOptions { max_shooters: 60, wanted_error: 1e-4, seed, ..SolveOptions::default() };
+            kernel_shots(&scene, &mesh, &options)
+        })
+        .collect();
+    let stated = runs.iter().map(|(_, variance)| variance).sum::<f64>() / n as f64;
+    let spread: f64 = (0..mesh.elements.len())
+        .map(|e| {
+            let (sum, squares) = runs.iter().fold((0.0, 0.0), |(s, q), (v, _)| (s + v[e], q + v[e] * v[e]));
+            mesh.elements[e].area_m2 * (squares - sum * sum / n as f64) / (n as f64 - 1.0)
+        })
+        .sum();
+    assert!(stated > 0.0 && (stated / spread - 1.0).abs() < 0.2, "{stated} stated, {spread} over seeds");
+}
+
+#[test]
+fn error_estimate_of_the_cornell_box_past_its_kernel_shots_is_the_distance_of_seeds() {
+    let text = include_str!("../../../scenes/cornell-box/scene.toml");
+    let mut scene = Scene::parse(text, std::path::Path::new("scene.toml")).expect("a shipped scene");
+    scene.meshing.target = crate::scene::MeshTarget::Elements(5000);
+    let mesh = Mesh::build(&scene);
+    assert!((5000..8000).contains(&mesh.elements.len()), "{}", mesh.elements.len());
+    let of = |seed| {
+        let options = SolveOptions { max_shooters: 400, unshot_share: 0.01, seed, ..SolveOptions::default() };
+        solved(&scene, &mesh, &options)
+    };
+    let (one, other) = (of(1), of(2));
+    let measured = rms(&mesh, &one, &other) / 2f64.sqrt();
+    for error in [&one, &other].map(|s| estimate(s).relative_rms) {
+        assert!(
+            (measured / error - 1.0).abs() < 0.1 && error <= 0.02,
+            "{measured} where {error} was estimated"
+        );
+    }
+}
+
 #[test]
 fn rays_past_max_shooters_agree_with_kernel_shots_alone_within_their_estimate() {
     for (name, scene) in [("lit cube", lit_cube(0.5, 300)), ("cluttered", cluttered())] {
