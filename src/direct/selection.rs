@@ -470,7 +470,8 @@ fn classes(
         rest.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let mut left: f64 = rest.iter().map(|(_, u, _)| u).sum();
         for (s, u, settled) in &rest {
-            if left <= options.stored_share * sum {
+            // 1 stores all, however sums are rounded.
+            if options.stored_share >= 1.0 || left <= options.stored_share * sum {
                 break;
             }
             classes.sampled.push(*s);
