@@ -216,8 +216,8 @@ fn adaptive_sampling_up_to_the_least_is_none_and_a_threshold_of_one_casts_edges_
 fn rounds_go_to_four_then_double_up_to_the_most() {
     assert_eq!(rounds(1, 16), [1..4, 4..8, 8..16]);
     assert_eq!(rounds(3, 16), [3..6, 6..12, 12..16]);
-    assert_eq!(rounds(1, 2), [1..2]);
-    assert_eq!(rounds(8, 16), [8..16]);
+    assert_eq!(rounds(1, 5), [1..4, 4..5]);
+    assert_eq!(rounds(4, 9), [4..8, 8..9]);
     assert!(rounds(5, 5).is_empty());
 }
 
