@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::{Mesh, PatchId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, Facing, Purpose, RayCaster};
 use crate::scene::{Scene, Shape};
 use crate::units::Rgb;
@@ -190,8 +191,14 @@ impl DirectLight {
         }
         sources.extend(scene.lights.iter().map(|&light| Source::Light(light)));
         let occluders = options.shadow_coherence.then(Occluders::default);
-        let sampler =
-            Sampler { seed, offset_m, purpose: Purpose::Shadow, occluders, counts: ShadowCounts::default() };
+        let sampler = Sampler {
+            seed,
+            offset_m,
+            purpose: Purpose::Shadow,
+            occluders,
+            panes: Panes::of(scene, mesh),
+            counts: ShadowCounts::default(),
+        };
         DirectLight { sources, options, sampler }
     }
 

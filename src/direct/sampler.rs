@@ -7,7 +7,7 @@
 //! A scout, the first ask of a region and source that nothing is known of, goes before the others, so that they profit from
 //! what it finds.
 //! A fan goes down whole or not at all, since its rays' words are the descriptor's; listed targets one by one.
-//! An any-hit answer is one bit, so glass, thin or closed, blocks shadow rays as any surface does.
+//! Rays that are blocked by nothing but thin glass bring what it passes; closed glass blocks as any surface does.
 
 use std::collections::HashSet;
 
@@ -19,6 +19,7 @@ use super::occluders::{Key, Occluders};
 use super::source::{self, Area, Source, Target};
 use crate::geom::Ray;
 use crate::mesh::PatchId;
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster};
 use crate::sampling::{hash, mix, unit_pair};
 use crate::units::Rgb;
@@ -100,6 +101,8 @@ pub(super) struct Sampler {
     pub purpose: Purpose,
     /// None: coherence is off.
     pub occluders: Option<Occluders>,
+    /// What is blocked by nothing else is seen through them.
+    pub panes: Panes,
     pub counts: ShadowCounts,
 }
 
@@ -373,19 +376,24 @@ impl Sampler {
         }
         let blocked = caster.any_hits(self.purpose, Query::Bundles(&sent))?;
         self.counts.rays += blocked.len() as u64;
-        let mut blocked = blocked.into_iter();
+        let behind = self.panes.behind_panes(caster, self.purpose, Query::Bundles(&sent), &blocked)?;
+        let mut behind = behind.into_iter().peekable();
+        let mut blocked = blocked.into_iter().enumerate();
         let mut unexplained: Vec<(Key, Ray)> = Vec::new();
         for (((i, bundle), known), whole) in which.iter().zip(&bundles).zip(&known).zip(whole) {
             let mut passed = Vec::with_capacity(bundle.n_rays());
             let mut open = None;
             for k in 0..bundle.n_rays() {
                 let is_known = known >> k & 1 == 1;
-                let is_blocked = if whole || !is_known { blocked.next() == Some(true) } else { true };
+                let answer = if whole || !is_known { blocked.next() } else { None };
+                let is_blocked = answer.is_none_or(|(_, is_blocked)| is_blocked);
+                let through = answer.and_then(|(ray, _)| behind.next_if(|passed| passed.index == ray));
                 self.counts.known_blocked += u64::from(is_known && !whole);
-                if is_blocked && !is_known {
+                if is_blocked && !is_known && through.is_none() {
                     open = Some(k);
                 }
-                passed.push(if is_blocked { Rgb::BLACK } else { Rgb::WHITE });
+                let opaque = if is_blocked { Rgb::BLACK } else { Rgb::WHITE };
+                passed.push(through.map_or(opaque, |passed| passed.share));
             }
             work[*i].book(&passed);
             if let (Some(k), Some(key)) = (open, key_of(&asks[*i])) {
@@ -441,7 +449,7 @@ impl Sampler {
         self.counts.rays += rays.len() as u64;
         self.counts.seeking_rays += rays.len() as u64;
         for (key, hit) in keys.into_iter().zip(hits) {
-            if let Some(hit) = hit {
+            if let Some(hit) = hit.filter(|hit| !self.panes.contains(hit.patch)) {
                 occluders.found(key, hit.patch);
             }
         }
