@@ -25,7 +25,7 @@ fn rooms(pane: Option<(&str, bool)>, open: bool, light: &str) -> Scene {
     let mut text = "
 version = 1
 [meshing]
-elements = 1500
+elements = 800
 [materials.grey]
 reflectance = 0.5
 [materials.lamp]
@@ -100,7 +100,7 @@ fn irradiance_behind_a_pane_is_what_path_tracing_of_the_same_transport_finds() {
         let scene = rooms(Some(("0.9", true)), false, light);
         let (mesh, solution, mut caster) = solved(&scene, &SolveOptions::default());
         let stored = probe(&scene, &mesh, &solution, &mut caster, &points).unwrap();
-        let how = PathOptions { transport: Transport::TwoPass, n_paths: 100_000, max_depth: 6, seed: 1 };
+        let how = PathOptions { transport: Transport::TwoPass, n_paths: 40_000, max_depth: 6, seed: 1 };
         let traced = irradiance(&scene, &mesh, &mut caster, &points, how).unwrap();
         for ((point, a), b) in points.iter().zip(stored).zip(traced) {
             let (a, b, error) = (a.total().0[1], b.mean.0[1], b.standard_error.0[1]);
