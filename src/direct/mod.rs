@@ -162,11 +162,7 @@ impl DirectLight {
             if surface.exitance.is_black() {
                 continue;
             }
-            let whole: Option<&[DVec3]> = match &surface.shape {
-                Shape::Quad(corners) => Some(corners),
-                Shape::Triangle(corners) => Some(corners),
-                _ => None,
-            };
+            let whole = surface.shape.polygon();
             let sides = if surface.two_sided { &[Facing::Front, Facing::Back][..] } else { &[Facing::Front] };
             for side in sides {
                 let areas = match (whole, side) {
