@@ -1,9 +1,10 @@
 //! The main path: one function a product, one call an arrow of the flow. Start reading here.
 //!
 //! ```text
-//! render_frame:   Scene::load -> Mesh::build -> caster -> radiosity::solve -> render::render -> Frame (film)
+//! render_frame:   Scene::load -> Mesh::build -> caster -> [radiosity::solve] -> render::render -> Frame (film)
 //! solve_scene:    Scene::load -> Mesh::build -> caster -> radiosity::solve -> Solved
 //! probe_scene:    ... -> radiosity::solve -> radiosity::probe -> Probed
+//! probe_by_paths: Scene::load -> Mesh::build -> caster -> render::path::irradiance -> Probed
 //! probe_grid:     ... -> Grid -> radiosity::solve -> radiosity::probe_many -> GridProbed
 //! simulate_scene: ... -> the rays of a workload through the board -> Simulated
 //! verify_scene:   both passes, recorded -> those rays through board, oracle and software -> Verified
@@ -23,10 +24,12 @@ use crate::mesh::Mesh;
 use crate::radiosity::refine::RefineReport;
 use crate::radiosity::{self, ProbePoint, Solution, SolveOptions, SolveProgress};
 use crate::raycast::board::{BoardCaster, CommandSink, WarmUp};
+use crate::raycast::metered::Meter;
 use crate::raycast::null::NullCaster;
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::reconstruct::{Method, Reconstruction};
+use crate::render::path::PathOptions;
 use crate::render::{self, RenderOptions, Rendering};
 use crate::report::Timings;
 use crate::scene::{Camera, Light, MAX_ELEMENTS, MeshTarget, Scene};
@@ -82,10 +85,10 @@ pub struct Frame {
     pub scene: Scene,
     /// Its mesh.
     pub mesh: Mesh,
-    /// Pass 1.
-    pub solution: Solution,
+    /// Pass 1, where the method of the picture needs one.
+    pub solution: Option<Solution>,
     /// The options that pass 1 was run with, here or when its file was written.
-    pub solve_options: SolveOptions,
+    pub solve_options: Option<SolveOptions>,
     /// What was refined, where the mesh was in this run.
     pub refinement: Option<RefineReport>,
     /// Ambient irradiance that was added to the stored light for the picture (W/m^2).
@@ -94,6 +97,8 @@ pub struct Frame {
     pub rendering: Rendering,
     /// Name of the caster.
     pub caster: &'static str,
+    /// Rays by purpose, and the time that they took.
+    pub meter: Meter,
     /// What the board counted, when it was the caster.
     pub board: Option<StatisticsByPurpose>,
     /// What its queues counted.
@@ -119,6 +124,8 @@ pub struct Solved {
     pub refinement: Option<RefineReport>,
     /// Name of the caster.
     pub caster: &'static str,
+    /// Rays by purpose, and the time that they took.
+    pub meter: Meter,
     /// What the board counted, when it was the caster.
     pub board: Option<StatisticsByPurpose>,
     /// What its queues counted.
@@ -140,6 +147,8 @@ pub struct Probed {
     pub caster: &'static str,
     /// One value a point, in the order of the points.
     pub irradiance: Vec<Irradiance>,
+    /// Its standard error, where it was found by chance.
+    pub standard_error: Option<Vec<Irradiance>>,
     /// Wall times.
     pub timings: Timings,
     /// What the user should know.
@@ -204,7 +213,7 @@ pub struct BoardImage {
     pub cells_per_side: u32,
 }
 
-/// Renders a scene file: both passes.
+/// Renders a scene file: both passes, or the second alone where its method needs no first.
 ///
 /// # Errors
 /// A fault of the scene, no camera, a solution of another mesh, a caster that fails.
@@ -214,25 +223,49 @@ pub fn render_frame(
     picture: &RenderOptions,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Frame, FrameError> {
+    render_frame_until(path, options, picture, progress, &mut || false)
+}
+
+/// As [`render_frame`], until `stop` says true: it is asked before every wave of pass 2.
+///
+/// # Errors
+/// As [`render_frame`].
+pub fn render_frame_until(
+    path: &Path,
+    options: &FrameOptions,
+    picture: &RenderOptions,
+    progress: &mut dyn FnMut(Progress),
+    stop: &mut dyn FnMut() -> bool,
+) -> Result<Frame, FrameError> {
     let mut timings = Timings::default();
     let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let camera = camera_of(&scene)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
-    let Passed { mesh, solution, options: solve_options, refinement } = passed;
-    let ambient = picture.ambient.then(|| radiosity::ambient::irradiance(&scene, &mesh, &solution));
-    let shown = ambient.map(|e| radiosity::ambient::added(&solution, e));
+    let mut warnings = scene.warnings.clone();
+    let mut meter = Meter::default();
+    let mut port = meter.around(caster.port());
+    let (mesh, solution, solve_options, refinement) = if picture.method.needs_pass_1() {
+        let passed = pass_1_refined(&scene, mesh, &mut port, &options.pass_1, &mut timings, progress)?;
+        warnings.extend(warnings::open_account(&passed.solution.account));
+        (passed.mesh, Some(passed.solution), Some(passed.options), passed.refinement)
+    } else {
+        (mesh, None, None, None)
+    };
+    let solved = solution.as_ref().filter(|_| picture.ambient);
+    let ambient = solved.map(|solution| radiosity::ambient::irradiance(&scene, &mesh, solution));
+    let shown = solved.zip(ambient).map(|(solution, e)| radiosity::ambient::added(solution, e));
+    let dark = solution.is_none().then(|| Solution::dark(&mesh));
     let rendering = timings.measure("pass 2", || {
         let progress = &mut |share| progress(Progress::Render(share));
-        let lit = shown.as_ref().unwrap_or(&solution);
-        render::render(&scene, &camera, &mesh, lit, caster.port(), picture, progress)
+        let lit = shown.as_ref().or(solution.as_ref()).or(dark.as_ref());
+        let lit = lit.expect("a solution, or a dark one where there is none");
+        render::render_until(&scene, &camera, &mesh, lit, &mut port, picture, progress, stop)
     })?;
-    let mut warnings = scene.warnings.clone();
-    warnings.extend(warnings::open_account(&solution.account));
     warnings.extend(warnings::back_faces(&scene, &rendering));
     Ok(Frame {
         caster: caster.name(),
+        meter,
         board: caster.statistics(),
         links: caster.link_statistics(),
         scene,
@@ -260,12 +293,15 @@ pub fn solve_scene(
     let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &[]))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let mut meter = Meter::default();
+    let mut port = meter.around(caster.port());
+    let passed = pass_1_refined(&scene, mesh, &mut port, &options.pass_1, &mut timings, progress)?;
     let Passed { mesh, solution, options: solve_options, refinement } = passed;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
     Ok(Solved {
         caster: caster.name(),
+        meter,
         board: caster.statistics(),
         links: caster.link_statistics(),
         scene,
@@ -309,7 +345,30 @@ pub fn probe_scene(
     })?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
-    Ok(Probed { caster: caster.name(), scene, mesh, irradiance, timings, warnings })
+    Ok(Probed { caster: caster.name(), scene, mesh, irradiance, standard_error: None, timings, warnings })
+}
+
+/// Irradiance at points by path tracing: no pass 1.
+///
+/// # Errors
+/// A fault of the scene, a caster that fails.
+pub fn probe_by_paths(
+    path: &Path,
+    options: &FrameOptions,
+    points: &[ProbePoint],
+    how: PathOptions,
+) -> Result<Probed, FrameError> {
+    let mut timings = Timings::default();
+    let (mut scene, mesh) = load_and_mesh(path, options.elements, options.adaptive, &mut timings)?;
+    let starts: Vec<DVec3> = points.iter().map(|p| p.at).collect();
+    let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
+    warn_of_lights(&mut scene, &mesh, &mut caster);
+    let found =
+        timings.measure("probe", || render::path::irradiance(&scene, &mesh, caster.port(), points, how))?;
+    let irradiance = found.iter().map(|e| Irradiance(e.mean)).collect();
+    let standard_error = Some(found.iter().map(|e| Irradiance(e.standard_error)).collect());
+    let warnings = scene.warnings.clone();
+    Ok(Probed { caster: caster.name(), scene, mesh, irradiance, standard_error, timings, warnings })
 }
 
 /// What a board is driven with.

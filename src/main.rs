@@ -1,7 +1,7 @@
 //! `radeng`: parse, run, print, exit status.
 //!
 //! Status 0: fine; 1: a check failed (`verify`, `simulate` of vectors, `compare --threshold`); 2: a bad input, named on stderr;
-//! 130: stopped by Ctrl-C, with a checkpoint.
+//! 130: stopped by Ctrl-C, with a checkpoint or the picture so far.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -18,7 +18,11 @@ fn main() -> ExitCode {
             }
             // A reader that stopped listening (`| head`) is no failure of the run.
             let _ = std::io::stdout().write_all(outcome.text.as_bytes());
-            if outcome.check_failed { ExitCode::from(1) } else { ExitCode::SUCCESS }
+            match (outcome.stopped, outcome.check_failed) {
+                (true, _) => ExitCode::from(130),
+                (false, true) => ExitCode::from(1),
+                (false, false) => ExitCode::SUCCESS,
+            }
         }
         Err(error) => {
             let status = error.status();

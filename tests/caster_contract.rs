@@ -259,6 +259,31 @@ impl Backend {
         }
     }
 
+    fn rays_that_a_patch_is_known_to_block_are_blocked(&self) {
+        let patches = clutter(60, 3);
+        let bundles = bundles(9, 40);
+        let mut caster = self.caster(&patches);
+        let closest = caster.closest_hits(Purpose::Shadow, Query::Bundles(&bundles)).unwrap();
+        let (mut first, mut n_known, mut n_hit) = (0, 0, 0);
+        for bundle in &bundles {
+            let hits = &closest[first..first + bundle.n_rays()];
+            first += hits.len();
+            n_hit += hits.iter().flatten().count();
+            let tests: Vec<_> = (0..60).map(|p| (bundle, PatchId(p))).collect();
+            let masks = caster.blocked_by(Purpose::Shadow, &tests);
+            assert_eq!(masks.len(), 60);
+            for (i, hit) in hits.iter().enumerate() {
+                let by: Vec<u32> = (0..60).filter(|p| masks[*p as usize] >> i & 1 == 1).collect();
+                assert!(hit.is_some() || by.is_empty(), "ray {i} is free, and blocked by {by:?}");
+                // All of these backends know all that there is to know of one patch.
+                assert!(hit.is_none_or(|hit| by.contains(&hit.patch.0)), "{hit:?} is not among {by:?}");
+                n_known += by.len();
+            }
+            assert!(masks.iter().all(|m| bundle.n_rays() == 64 || m >> bundle.n_rays() == 0));
+        }
+        assert!(n_known > n_hit && n_hit > 50, "{n_known} {n_hit}");
+    }
+
     fn answers_follow_their_rays_when_shuffled(&self) {
         let patches = clutter(60, 3);
         let rays = room_rays(&patches, 1500, 6);
@@ -451,6 +476,11 @@ macro_rules! contract {
             #[test]
             fn bundle_answers_as_its_rays_one_by_one() {
                 super::$backend().bundles_answer_as_their_rays_one_by_one();
+            }
+
+            #[test]
+            fn rays_that_a_patch_is_known_to_block_are_blocked() {
+                super::$backend().rays_that_a_patch_is_known_to_block_are_blocked();
             }
             #[test]
             fn coincident_patches_answer_with_the_smaller_id() {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use radiosity_engine::direct::{DirectLight, ShadePoint};
+use radiosity_engine::direct::{DirectLight, DirectOptions, LitPoint, ShadePoint};
 use radiosity_engine::frame::{self, CasterChoice, FrameOptions, PassOne, Solved};
 use radiosity_engine::geom::DVec3;
 use radiosity_engine::mesh::Mesh;
@@ -84,17 +84,19 @@ fn lamp_of_two_triangles_gives_the_direct_light_of_the_quad() {
         let scene = Scene::load(path).unwrap();
         let mesh = Mesh::build(&scene);
         let mut caster = SoftwareCaster::new(mesh.cast_patches());
-        let direct = DirectLight::new(&scene, &mesh, caster.surface_offset_m());
+        let options = DirectOptions::full(4);
+        let mut direct = DirectLight::new(&scene, &mesh, caster.surface_offset_m(), options, 1);
         let up = DVec3::Z;
-        let points: Vec<ShadePoint> = (0..25_u64)
+        let points: Vec<LitPoint> = (0..25_u64)
             .map(|k| ShadePoint {
                 position: DVec3::new(0.1 + 0.2 * (k % 5) as f64, 0.1 + 0.2 * (k / 5) as f64, 1e-9),
                 normal: up,
                 geometric_normal: up,
                 key: k,
             })
+            .map(LitPoint::from)
             .collect();
-        direct.gather(&mut caster, &points, 4, 1).unwrap()
+        direct.gather(&mut caster, &points).unwrap()
     };
     for (a, b) in light(toml).iter().zip(light(obj)) {
         assert!((a.0[0] - b.0[0]).abs() < 1e-12 && a.0[0] > 0.0, "{a:?} {b:?}");

@@ -66,7 +66,7 @@ fn compare_pictures(args: &CompareArgs) -> Result<Outcome, CliError> {
     }
     files.commit()?;
     let text = report::terminal::compare_summary(&report);
-    Ok(Outcome { text, warnings: Vec::new(), check_failed: !passed })
+    Ok(Outcome { text, warnings: Vec::new(), check_failed: !passed, ..Outcome::default() })
 }
 
 fn compare_reports(args: &CompareArgs) -> Result<Outcome, CliError> {
@@ -79,7 +79,7 @@ fn compare_reports(args: &CompareArgs) -> Result<Outcome, CliError> {
         files.commit()?;
     }
     let text = report::compare_runs_text::compare_runs_summary(&comparison);
-    Ok(Outcome { text, warnings: Vec::new(), check_failed: !comparison.passed })
+    Ok(Outcome { text, warnings: Vec::new(), check_failed: !comparison.passed, ..Outcome::default() })
 }
 
 fn read_report(path: &Path) -> Result<RunReport, CliError> {

@@ -14,7 +14,12 @@ pub(super) const ALL: &str = "all";
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<Outcome, CliError> {
     // Those of the board, and of the host, which `all` leaves out.
-    let host = [experiments::adaptive::EXPERIMENT, experiments::reconstruction::EXPERIMENT, VALIDATION];
+    let host = [
+        experiments::adaptive::EXPERIMENT,
+        experiments::reconstruction::EXPERIMENT,
+        experiments::two_pass::EXPERIMENT,
+        VALIDATION,
+    ];
     // Those of the host have a document each.
     let of_host = host.iter().find(|e| args.name == e.name).map(|e| e.name);
     let of_board = EXPERIMENTS.into_iter().filter(|e| args.name == ALL || args.name == e.name);

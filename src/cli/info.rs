@@ -29,7 +29,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
     }
     let board = plan::resolve_board(DEFAULT_BOARD)?;
     let inspected = frame::inspect_scene(&args.what, args.elements, &board)?;
-    Ok(Outcome { text: scene_text(&inspected), warnings: inspected.warnings, check_failed: false })
+    Ok(Outcome { text: scene_text(&inspected), warnings: inspected.warnings, ..Outcome::default() })
 }
 
 /// A preset's name, or a TOML file without any key of a scene. Everything else is a scene, or an error as a scene.

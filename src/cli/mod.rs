@@ -10,11 +10,13 @@ pub mod args;
 mod compare;
 mod error;
 mod experiment;
+mod film;
 mod generate;
 mod given;
 mod info;
 mod look;
-pub mod plan;
+pub mod method;
+mod plan;
 mod probe;
 mod progress;
 mod rays;
@@ -40,6 +42,8 @@ pub struct Outcome {
     pub warnings: Vec<String>,
     /// A check failed: exit status 1.
     pub check_failed: bool,
+    /// Stopped by Ctrl-C, with what there was: exit status 130.
+    pub stopped: bool,
 }
 
 /// Runs a command.

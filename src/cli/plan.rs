@@ -11,7 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::args::{
-    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, GradientsArg, KernelArg, MethodArg,
+    CastArgs, CasterArg, CheckpointArgs, FalseColourArg, FormFactorsArg, GradientsArg, KernelArg,
     PassOneArgs, PictureArgs, ReconstructArg, RenderArgs, SwitchArg, TwistsArg,
 };
 use super::error::CliError;
@@ -23,7 +23,7 @@ use crate::image::{OutputError, PictureFormat};
 use crate::radiosity::checkpoint::Keeper;
 use crate::radiosity::{FormFactorMethod, Kernel, SolveOptions};
 use crate::reconstruct::{GradientRule, Method, ReconstructOptions, TwistRule};
-use crate::render::{RenderMethod, RenderOptions};
+use crate::render::RenderOptions;
 use crate::report::si::vector;
 
 /// The board that is emulated unless another is named.
@@ -209,22 +209,13 @@ pub fn resolve_picture(args: &PictureArgs, reconstruct: ReconstructOptions, seed
     RenderOptions {
         width: args.width,
         height: args.height,
-        samples: args.samples,
-        shadow_strata: args.shadow_strata,
+        samples: args.samples.min,
+        direct: args.direct.resolve(),
         reconstruct: reconstruct.method,
         gradients: reconstruct.gradients,
         twists: reconstruct.twists,
         seed,
         ..RenderOptions::default()
-    }
-}
-
-/// Which light `render` shows stored, which sampled.
-pub fn resolve_method(method: MethodArg) -> RenderMethod {
-    match method {
-        MethodArg::TwoPass => RenderMethod::TwoPass,
-        MethodArg::FullRadiosity => RenderMethod::FullRadiosity,
-        MethodArg::Whitted => RenderMethod::Whitted,
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::args::ProbeArgs;
 use super::progress::Bars;
-use super::{CliError, Outcome, plan};
+use super::{CliError, Outcome, method, plan};
 use crate::frame::{self, GridOptions, GridProbed};
 use crate::geom::DVec3;
 use crate::image::OutputFiles;
@@ -28,20 +28,28 @@ fn run_points(args: &ProbeArgs) -> Result<Outcome, CliError> {
         &[(args.report.as_deref(), "json")],
         &[Some(&args.scene), args.solution.as_deref(), args.cast.board.as_deref().map(Path::new)],
     )?;
+    let by_paths = method::resolve_probe(args)?;
     let options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, 0);
     let show = &mut |p| bars.show(p);
-    let probed = frame::probe_scene(&args.scene, &options, &points, args.interpolated, show)?;
+    let probed = match by_paths {
+        Some(how) => frame::probe_by_paths(&args.scene, &options, &points, how)?,
+        None => frame::probe_scene(&args.scene, &options, &points, args.interpolated, show)?,
+    };
     bars.finish();
 
-    let values = points.iter().zip(&probed.irradiance);
+    let error = |i: usize| probed.standard_error.as_ref().map(|errors| errors[i].0);
+    let values = points.iter().zip(&probed.irradiance).enumerate();
     let report = ProbeReport {
         schema: ProbeReport::SCHEMA,
         scene: SceneFacts::new(&probed.scene, &probed.mesh),
         caster: probed.caster,
         interpolated: args.interpolated,
-        points: values.map(|(p, e)| ProbedPoint::new(p.at, p.normal, *e)).collect(),
+        by_paths,
+        points: values
+            .map(|(i, (p, e))| ProbedPoint::new(p.at, p.normal, *e).with_standard_error(error(i)))
+            .collect(),
         timings: probed.timings,
     };
     if let Some(path) = &args.report {
@@ -56,7 +64,7 @@ fn run_points(args: &ProbeArgs) -> Result<Outcome, CliError> {
     };
     let mut warnings = probed.warnings;
     warnings.extend(plan::finish_pass_1(&options));
-    Ok(Outcome { text, warnings, check_failed: false })
+    Ok(Outcome { text, warnings, ..Outcome::default() })
 }
 
 fn points(args: &ProbeArgs) -> Result<Vec<ProbePoint>, CliError> {
@@ -120,6 +128,7 @@ fn refuse_flags_of_grids(args: &ProbeArgs) -> Result<(), CliError> {
 }
 
 fn run_grid(args: &ProbeArgs, spec: GridSpec) -> Result<Outcome, CliError> {
+    method::resolve_probe(args)?;
     let look = args.scale.resolve().map_err(CliError::Usage)?;
     plan::check_outputs(
         [],
@@ -158,7 +167,7 @@ fn run_grid(args: &ProbeArgs, spec: GridSpec) -> Result<Outcome, CliError> {
     };
     let mut warnings = report.warnings;
     warnings.extend(plan::finish_pass_1(&options));
-    Ok(Outcome { text, warnings, check_failed: false })
+    Ok(Outcome { text, warnings, ..Outcome::default() })
 }
 
 /// A block a cell, in the proportions of the area.

@@ -17,6 +17,8 @@ pub struct Bars {
     unshot_target: f64,
     /// Camera rays of the picture, for the rate of pass 2; 0 where rays are only verified.
     n_camera_rays: u64,
+    /// The share of pass 2 that is done is that of its camera rays.
+    has_rate: bool,
     /// In front of the phase's name.
     title: String,
     current: Option<(Phase, Bar)>,
@@ -43,7 +45,13 @@ struct Bar {
 impl Bars {
     /// Bars for a run that stops pass 1 at `unshot_target` and has a picture of `n_camera_rays`.
     pub fn new(unshot_target: f64, n_camera_rays: u64) -> Bars {
-        Bars { unshot_target, n_camera_rays, title: String::new(), current: None }
+        Bars { unshot_target, n_camera_rays, has_rate: true, title: String::new(), current: None }
+    }
+
+    /// Without a rate of camera rays: how many will be cast shows only as they are.
+    pub fn without_rate(mut self) -> Bars {
+        self.has_rate = false;
+        self
     }
 
     /// With a title before each phase: which of several runs it is.
@@ -64,7 +72,7 @@ impl Bars {
             );
         }
         let (phase, done) = done(progress, self.unshot_target);
-        let n_camera_rays = self.n_camera_rays;
+        let n_camera_rays = if self.has_rate { self.n_camera_rays } else { 0 };
         let Bar { bar, began, before } = self.bar(phase, progress);
         let seconds = began.elapsed().as_secs_f64().max(1e-9);
         bar.set_message(match progress {

@@ -8,7 +8,7 @@ use rtl_model::spec::BoardSpec;
 use super::args::{SimulateArgs, WorkloadArg};
 use super::progress::Bars;
 use super::rays::read_rays;
-use super::{CliError, Outcome, plan, recorded, render, trace, vectors};
+use super::{CliError, Outcome, film, plan, recorded, render, trace, vectors};
 use crate::frame::{SimulateOptions, Workload};
 use crate::image::OutputFiles;
 use crate::raycast::board::CommandSink;
@@ -38,6 +38,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
         &[Some(scene), args.rays.as_deref(), Some(Path::new(&args.board)), args.replay.as_deref()],
     )?;
     let board = plan::resolve_board(&args.board)?;
+    film::fixed_samples(&args.picture, "the board is driven with the same rays whatever they see")?;
     let picture = plan::resolve_picture(&args.picture, ReconstructOptions::default(), args.seed);
     let solve = plan::resolve_solve(args.seed, &args.pass_1);
     let workload = match &args.rays {
@@ -88,7 +89,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, CliError> {
     trace::put_in_place(files, written.unwrap_or_default())?;
     let mut text = report::terminal::simulate_summary(&report, args.all_blocks);
     text.extend(report.recorded.as_ref().map(|recorded| recorded.lines(options.board.clock_mhz)));
-    Ok(Outcome { text, warnings: report.warnings, check_failed: false })
+    Ok(Outcome { text, warnings: report.warnings, ..Outcome::default() })
 }
 
 /// A watch over the run, where one is asked for.

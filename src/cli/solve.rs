@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::args::SolveArgs;
 use super::progress::Bars;
-use super::render::{board_report, loaded_from};
+use super::render::{board_report, clocked, loaded_from};
 use super::{CliError, Outcome, plan};
 use crate::frame::{self, FrameOptions, PassOne, SolvePlan, Solved};
 use crate::image::OutputFiles;
@@ -40,7 +40,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<Outcome, CliError> {
     let text = report::terminal::solve_summary(&report);
     let mut warnings = report.warnings;
     warnings.extend(plan::finish_pass_1(&options));
-    Ok(Outcome { text, warnings, check_failed: false })
+    Ok(Outcome { text, warnings, ..Outcome::default() })
 }
 
 /// Pass 1 as the flags of `solve` want it.
@@ -74,8 +74,9 @@ fn document(solved: &Solved, options: &FrameOptions) -> SolveReport {
             summarise(&solved.scene, &solved.mesh, &solved.solution),
         )
         .refined(solved.refinement.clone()),
+        rays_by_kind: report::kinds::by_kind(&solved.meter),
         board: board_report(options, solved.board.as_ref(), &solved.links),
-        timings: solved.timings.clone(),
+        timings: clocked(&solved.timings, &solved.meter, solved.caster),
         warnings: solved.warnings.clone(),
     }
 }

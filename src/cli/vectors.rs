@@ -46,6 +46,10 @@ fn check_flags(args: &SimulateArgs) -> Result<(), CliError> {
         "height",
         "samples",
         "shadow_strata",
+        "shadow_sampling",
+        "shadow_error",
+        "shadow_coherence",
+        "tau",
         "warm_up",
         "trace",
         "account",
@@ -151,7 +155,7 @@ pub(super) fn run(args: &SimulateArgs, path: &Path) -> Result<Outcome, CliError>
     }
     text.push('\n');
     text.push_str(&report::terminal::simulate_summary(&report, args.all_blocks));
-    Ok(Outcome { text, warnings: report.warnings, check_failed: !check.passed() })
+    Ok(Outcome { text, warnings: report.warnings, check_failed: !check.passed(), ..Outcome::default() })
 }
 
 #[cfg(test)]

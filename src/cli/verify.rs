@@ -14,7 +14,7 @@ use super::args::VerifyArgs;
 use super::plan::DEFAULT_BOARD;
 use super::progress::Bars;
 use super::sweep::Sweep;
-use super::{CliError, Outcome, plan};
+use super::{CliError, Outcome, film, plan};
 use crate::frame::{self, Verified};
 use crate::image::{OutputError, OutputFiles};
 use crate::reconstruct::ReconstructOptions;
@@ -33,6 +33,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome, CliError> {
         &[(args.report.as_deref(), "json"), (args.plot.as_deref(), "svg")],
         &[Some(&args.scene), Some(Path::new(&args.board))],
     )?;
+    film::fixed_samples(&args.picture, "every pixel is verified alike")?;
     let board = plan::resolve_board(&args.board)?;
     let sweep = args.sweep.as_deref().map(|text| Sweep::parse(text, &board)).transpose()?;
     let options = options(args, sweep.is_some());
@@ -91,7 +92,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Outcome, CliError> {
     files.commit()?;
     let mut text = report::verify_text::verify_summary(&report);
     text.extend(mismatch_text);
-    Ok(Outcome { text, warnings: report.warnings, check_failed: !passed })
+    Ok(Outcome { text, warnings: report.warnings, check_failed: !passed, ..Outcome::default() })
 }
 
 /// The format of a vectors file to write.

@@ -1,33 +1,45 @@
-//! Direct light of pass 2: shadow rays from shaded points to every emitter and light.
+//! Direct light of pass 2: which sources are sampled at a point, by which shadow rays, and which are stored.
 //!
 //! ```text
-//! ShadePoint x source --kernel (polygon formula)--> unoccluded E --any_hits of a bundle--> visible share --> E
+//! selection.rs  mesh vertices --shadow rays--> e_j, visible shares --> classes SAMPLE | STORED by patch, weights w_j
+//! point --selection.rs--> sum (1 - w_j) R[e_j], sources with w_j > 0 --sampler.rs--> sum w_j D_j
+//! D_j = unoccluded E (polygon formula) x visible share (cells.rs: adaptive; occluders.rs: coherence)
 //! ```
-//! E = sum over sources of M F V, with F the exact form factor and V = sum_k w_k v_k / sum_k w_k over stratified
-//! samples k of the source, w_k = cos cos' / r^2: no noise where nothing occludes. A source is one emitting side of
-//! a surface, or a light. Points are worked on in wavefronts: one query of the caster per chunk.
-//! Source: Kok, Jansen 1992 (area-light sampling, here uniform strata); Lambert 1760.
-//!
-//! Not modelled yet: adaptive sampling, shadow coherence. An any-hit answer is one bit, so glass, thin or closed,
-//! blocks shadow rays as any surface does.
+//! D_j = M F V, with F the exact form factor and V = sum_k w_k v_k / sum_k w_k over samples k of the source, w_k =
+//! cos cos' / r^2: no noise where nothing occludes. A source is one emitting side of a surface, or a light. Points are worked
+//! on in wavefronts: one query of the caster per chunk and round.
+//! Source: Kok, Jansen 1991 (source selection), 1992 (area-light sampling); Kok, Jansen, Woodward 1991 (shadow coherence);
+//! Lambert 1760.
 
+mod cells;
+mod occluders;
+mod sampler;
+mod selection;
 mod source;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use crate::mesh::Mesh;
-
-use crate::raycast::{CastError, Facing, Purpose, Query, RayBundle, RayCaster};
+use crate::mesh::{Mesh, PatchId};
+use crate::raycast::{CastError, Facing, Purpose, RayCaster};
 use crate::scene::{Scene, Shape};
 use crate::units::Rgb;
-use source::{Area, Source, Target};
+use cells::{Fineness, MAX_LEVEL};
+use occluders::Occluders;
+pub use sampler::ShadowCounts;
+use sampler::{Ask, Pattern, Sampler};
+pub use selection::{PatchClasses, Selection, SelectionCounts, StoredLight};
+use source::{Area, Source};
 
-/// Shaded points per query: bounds the bundles held at once.
-const POINTS_PER_CHUNK: usize = 2048;
+/// Shadow rays of a query, about: bounds what is held at once.
+const RAYS_PER_CHUNK: usize = 1 << 18;
 
 /// Largest n of n x n strata: a bundle's rays.
 pub const MAX_STRATA: u32 = 8;
+
+/// Sources at most that are sampled at a patch.
+pub const MAX_SAMPLED: usize = 16;
 
 /// A point that wants to know its direct irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,27 +54,111 @@ pub struct ShadePoint {
     pub key: u64,
 }
 
+/// A point with what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LitPoint {
+    /// The point.
+    pub point: ShadePoint,
+    /// The patch that it lies on: its region for shadow coherence.
+    pub region: Option<PatchId>,
+    /// Luminance of the irradiance that is expected there (W/m^2): what errors are measured by.
+    pub expected: f64,
+    /// Sources to sample; without, all of them, wholly.
+    pub sampled: Option<Vec<SampledSource>>,
+}
+
+impl From<ShadePoint> for LitPoint {
+    /// All sources are sampled; nothing is known of the point.
+    fn from(point: ShadePoint) -> LitPoint {
+        LitPoint { point, region: None, expected: 0.0, sampled: None }
+    }
+}
+
+/// A source that is sampled at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledSource {
+    source: u32,
+    /// Share of its light that is sampled, 0 to 1.
+    weight: f64,
+    /// What is to be expected.
+    outlook: Outlook,
+}
+
+/// What is known of a source's visibility around a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Outlook {
+    /// All vertices of the patch and of its neighbours see all of it, or none.
+    settled: Option<bool>,
+    /// Parts of it, on a grid of 4 x 4, that some corners of the element see and others do not.
+    doubtful: u16,
+}
+
+/// How the visible share of an area source is sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShadowSampling {
+    /// Few rays where all agree, more along shadow borders.
+    #[default]
+    Adaptive,
+    /// The same number everywhere.
+    Full,
+}
+
+/// How direct light is found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DirectOptions {
+    /// Shadow rays a point and area source at most: n x n strata, n up to [`MAX_STRATA`]; adaptive sampling rounds n down to
+    /// a power of two.
+    pub shadow_strata: u32,
+    /// Which of them are taken.
+    pub shadow_sampling: ShadowSampling,
+    /// Error of a source's visible share that adaptive sampling leaves, in its part of the irradiance at the point.
+    pub shadow_error: f64,
+    /// Try the last occluder first.
+    pub shadow_coherence: bool,
+    /// tau: sources are sampled until the rest has less than this share of the light that could arrive; 0: all are sampled,
+    /// 1: none.
+    pub stored_share: f64,
+}
+
+impl Default for DirectOptions {
+    fn default() -> Self {
+        DirectOptions {
+            shadow_strata: 8,
+            shadow_sampling: ShadowSampling::Adaptive,
+            shadow_error: 0.02,
+            shadow_coherence: true,
+            stored_share: 0.1,
+        }
+    }
+}
+
+impl DirectOptions {
+    /// n x n strata of every source at every point, nothing saved.
+    pub fn full(shadow_strata: u32) -> DirectOptions {
+        DirectOptions {
+            shadow_strata,
+            shadow_sampling: ShadowSampling::Full,
+            shadow_coherence: false,
+            stored_share: 0.0,
+            ..DirectOptions::default()
+        }
+    }
+}
+
 /// The sources of a scene, ready for gathering.
 #[derive(Clone, Debug)]
 pub struct DirectLight {
     sources: Vec<Source>,
-    offset_m: f64,
-}
-
-/// One bundle in flight: whose it is and how its answers count.
-struct Pending {
-    point: usize,
-    unoccluded: Rgb,
-    bundle: Option<RayBundle>,
-    /// Per ray of the bundle.
-    weights: Vec<f64>,
-    /// Weight of samples too near to be occluded.
-    near_weight: f64,
+    options: DirectOptions,
+    sampler: Sampler,
 }
 
 impl DirectLight {
     /// Collects every emitting side and light; `offset_m` is the caster's surface offset.
-    pub fn new(scene: &Scene, mesh: &Mesh, offset_m: f64) -> DirectLight {
+    pub fn new(scene: &Scene, mesh: &Mesh, offset_m: f64, options: DirectOptions, seed: u64) -> DirectLight {
+        let options = DirectOptions { shadow_strata: options.shadow_strata.clamp(1, MAX_STRATA), ..options };
         let mut sources = Vec::new();
         for (surface, patches) in scene.surfaces.iter().zip(&mesh.surfaces) {
             if surface.exitance.is_black() {
@@ -93,7 +189,10 @@ impl DirectLight {
             }
         }
         sources.extend(scene.lights.iter().map(|&light| Source::Light(light)));
-        DirectLight { sources, offset_m }
+        let occluders = options.shadow_coherence.then(Occluders::default);
+        let sampler =
+            Sampler { seed, offset_m, purpose: Purpose::Shadow, occluders, counts: ShadowCounts::default() };
+        DirectLight { sources, options, sampler }
     }
 
     /// How many sources.
@@ -101,133 +200,90 @@ impl DirectLight {
         self.sources.len()
     }
 
-    /// Direct irradiance (W/m^2) at every point, with `strata` x `strata` (at most 8 x 8) samples of each area source.
+    /// What shadow rays were cast so far.
+    pub fn counts(&self) -> ShadowCounts {
+        self.sampler.counts
+    }
+
+    /// Sampled direct irradiance (W/m^2) at every point.
     ///
     /// # Errors
     /// When the caster fails.
-    pub fn gather(
-        &self,
-        caster: &mut dyn RayCaster,
-        points: &[ShadePoint],
-        strata: u32,
-        seed: u64,
-    ) -> Result<Vec<Rgb>, CastError> {
-        let strata = strata.clamp(1, MAX_STRATA);
+    pub fn gather(&mut self, caster: &mut dyn RayCaster, points: &[LitPoint]) -> Result<Vec<Rgb>, CastError> {
+        let (sources, options, offset_m) = (&self.sources, &self.options, self.sampler.offset_m);
         let mut irradiance = vec![Rgb::BLACK; points.len()];
-        for (chunk, sums) in points.chunks(POINTS_PER_CHUNK).zip(irradiance.chunks_mut(POINTS_PER_CHUNK)) {
-            let pending: Vec<Vec<Pending>> = chunk
+        let rays_per_point = sources.len().max(1) * options.shadow_strata.pow(2) as usize;
+        let points_per_chunk = (RAYS_PER_CHUNK / rays_per_point).clamp(64, 1 << 14);
+        for (chunk, sums) in points.chunks(points_per_chunk).zip(irradiance.chunks_mut(points_per_chunk)) {
+            let asks: Vec<Vec<(usize, Rgb, Ask<'_>)>> = chunk
                 .par_iter()
                 .enumerate()
-                .map(|(i, point)| {
-                    let of = |(s, source): (usize, &Source)| self.aim(i, point, s, source, strata, seed);
-                    self.sources.iter().enumerate().filter_map(of).collect()
+                .map(|(i, lit)| {
+                    let all = |s: usize| SampledSource {
+                        source: s as u32,
+                        weight: 1.0,
+                        outlook: Outlook::default(),
+                    };
+                    let ask = |s: SampledSource| {
+                        let (unoccluded, ask) = ask(sources, options, offset_m, lit, s)?;
+                        Some((i, unoccluded, ask))
+                    };
+                    match &lit.sampled {
+                        Some(some) => some.iter().copied().filter_map(ask).collect(),
+                        None => (0..sources.len()).map(all).filter_map(ask).collect(),
+                    }
                 })
                 .collect();
-            let mut pending: Vec<Pending> = pending.into_iter().flatten().collect();
-            let bundles: Vec<RayBundle> = pending.iter_mut().filter_map(|p| p.bundle.take()).collect();
-            let blocked = caster.any_hits(Purpose::Shadow, Query::Bundles(&bundles))?;
-            let mut answers = blocked.iter();
-            for p in &pending {
-                let mut visible = p.near_weight;
-                let mut all = p.near_weight;
-                for &weight in &p.weights {
-                    all += weight;
-                    if answers.next() == Some(&false) {
-                        visible += weight;
-                    }
-                }
-                if all > 0.0 {
-                    sums[p.point] += p.unoccluded * (visible / all);
-                }
+            let asks: Vec<_> = asks.into_iter().flatten().collect();
+            let queries: Vec<Ask<'_>> = asks.iter().map(|(_, _, ask)| *ask).collect();
+            let sampled = self.sampler.cast(caster, &queries)?;
+            for ((i, unoccluded, _), sampled) in asks.iter().zip(sampled) {
+                sums[*i] += *unoccluded * sampled.share;
             }
         }
         Ok(irradiance)
     }
+}
 
-    /// The bundle from one point to one source; `None` when nothing can arrive.
-    fn aim(
-        &self,
-        index: usize,
-        point: &ShadePoint,
-        source_index: usize,
-        source: &Source,
-        strata: u32,
-        seed: u64,
-    ) -> Option<Pending> {
-        let apex = point.position + self.offset_m * point.geometric_normal;
-        let jitter = source::jitter(seed, point.key, source_index as u64);
-        let aimed = |unoccluded, targets: Vec<Target>| {
-            let (mut points, mut weights, mut near_weight) = (Vec::new(), Vec::new(), 0.0);
-            for t in targets {
-                // A target within the offset of the apex has nothing between, and no direction in coarse words.
-                if (t.position - apex).length() > 2.0 * self.offset_m {
-                    points.push(t.position);
-                    weights.push(t.weight);
-                } else {
-                    near_weight += t.weight;
-                }
-            }
-            let bundle = (!points.is_empty()).then_some(RayBundle::Targets { apex, points });
-            Pending { point: index, unoccluded, bundle, weights, near_weight }
-        };
-        match source {
-            Source::Light(light) => {
-                let unoccluded = crate::radiosity::lights::irradiance(light, point.position, point.normal);
-                if unoccluded.is_black() {
-                    return None;
-                }
-                Some(match source::light_direction(light) {
-                    Some(toward) => {
-                        let step = DVec3::ZERO;
-                        let bundle =
-                            RayBundle::Tile { apex, corner: toward, step_u: step, step_v: step, n: 1, m: 1 };
-                        let (bundle, weights) = (Some(bundle), vec![1.0]);
-                        Pending { point: index, unoccluded, bundle, weights, near_weight: 0.0 }
-                    }
-                    None => {
-                        let position = crate::radiosity::lights::position(light)?;
-                        aimed(unoccluded, vec![Target { position, weight: 1.0 }])
-                    }
-                })
-            }
-            Source::Areas { areas, exitance } => {
-                let kernels: Vec<f64> =
-                    areas.iter().map(|a| a.source.form_factor(point.position, point.normal)).collect();
-                let form_factor: f64 = kernels.iter().sum();
-                if form_factor <= 0.0 {
-                    return None;
-                }
-                let unoccluded = *exitance * form_factor;
-                let [area] = &areas[..] else {
-                    let n = (strata * strata) as usize;
-                    let targets = source::spread(areas, &kernels, n, jitter, self.offset_m);
-                    return Some(aimed(unoccluded, targets));
-                };
-                let mut targets = area.strata(strata, jitter, self.offset_m);
-                for t in &mut targets {
-                    let on_source = t.position - self.offset_m * area.normal;
-                    t.weight *= area.weight(point.position, point.normal, on_source);
-                }
-                if targets.iter().all(|t| t.weight <= 0.0) {
-                    let centre = area.source.centre_above_horizon(point.position, point.normal)?;
-                    let position = centre + self.offset_m * area.normal;
-                    return Some(aimed(unoccluded, vec![Target { position, weight: 1.0 }]));
-                }
-                let near = |t: &Target| (t.position - apex).length() <= 2.0 * self.offset_m;
-                let fan = area.fan(apex, strata, jitter, self.offset_m);
-                Some(match fan {
-                    Some(bundle) if !targets.iter().any(near) => Pending {
-                        point: index,
-                        unoccluded,
-                        bundle: Some(bundle),
-                        weights: targets.iter().map(|t| t.weight).collect(),
-                        near_weight: 0.0,
-                    },
-                    _ => aimed(unoccluded, targets),
-                })
-            }
-        }
+/// The question that a point has about a source, and what it receives from all of it; `None` when nothing can arrive.
+fn ask<'a>(
+    sources: &'a [Source],
+    options: &DirectOptions,
+    offset_m: f64,
+    lit: &LitPoint,
+    of: SampledSource,
+) -> Option<(Rgb, Ask<'a>)> {
+    let source = &sources[of.source as usize];
+    let ShadePoint { position, normal, geometric_normal, key } = lit.point;
+    let unoccluded = source.unoccluded(position, normal) * of.weight;
+    if unoccluded.is_black() {
+        return None;
     }
+    let ask = Ask {
+        source,
+        source_index: of.source,
+        position,
+        normal,
+        apex: position + offset_m * geometric_normal,
+        key,
+        region: lit.region,
+        pattern: pattern(options, unoccluded.luminance(), lit.expected, of.outlook),
+    };
+    Some((unoccluded, ask))
+}
+
+/// The samples of a source from which `luminance` arrives when all of it is visible, where `expected` does in all.
+fn pattern(options: &DirectOptions, luminance: f64, expected: f64, outlook: Outlook) -> Pattern {
+    if options.shadow_sampling == ShadowSampling::Full {
+        return Pattern::Full(options.shadow_strata);
+    }
+    let least_share = options.shadow_error * expected / luminance;
+    let max_level = (options.shadow_strata.ilog2() as u8).min(MAX_LEVEL);
+    // One ray is good enough, whatever it says, where little is at stake.
+    let one_will_do = least_share >= 1.0 || max_level == 0;
+    let expected = outlook.settled.or(one_will_do.then_some(true));
+    let how = Fineness { max_level, least_share, doubtful: outlook.doubtful };
+    Pattern::Adaptive { expected, how }
 }
 
 /// The faces of a face set as they are seen from one side.

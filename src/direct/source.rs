@@ -41,7 +41,47 @@ pub(super) struct Target {
     pub weight: f64,
 }
 
+impl Source {
+    /// Irradiance (W/m^2) at a point when nothing is between; exact.
+    pub fn unoccluded(&self, point: DVec3, normal: DVec3) -> Rgb {
+        match self {
+            Source::Light(light) => crate::radiosity::lights::irradiance(light, point, normal),
+            Source::Areas { areas, exitance } => {
+                *exitance * areas.iter().map(|a| a.source.form_factor(point, normal)).sum::<f64>()
+            }
+        }
+    }
+
+    /// What all its light is a multiple of.
+    pub fn colour(&self) -> Rgb {
+        match self {
+            Source::Areas { exitance, .. } => *exitance,
+            Source::Light(light) => light.strength(),
+        }
+    }
+
+    /// Solid angle (sr) of what faces a point, its horizon apart; 0 of lights without area.
+    pub fn solid_angle(&self, point: DVec3) -> f64 {
+        match self {
+            Source::Light(_) => 0.0,
+            Source::Areas { areas, .. } => areas.iter().map(|a| a.solid_angle(point)).sum(),
+        }
+    }
+}
+
 impl Area {
+    /// Solid angle (sr) of its front as seen from a point; 0 from behind. Source: van Oosterom, Strackee 1983.
+    fn solid_angle(&self, point: DVec3) -> f64 {
+        let [a, b, c, d] = self.corners.map(|v| v - point);
+        let triangle = |p: DVec3, q: DVec3, r: DVec3| {
+            let (lp, lq, lr) = (p.length(), q.length(), r.length());
+            let denominator = lp * lq * lr + p.dot(q) * lr + p.dot(r) * lq + q.dot(r) * lp;
+            -2.0 * p.dot(q.cross(r)).atan2(denominator)
+        };
+        let second = if self.is_triangle { 0.0 } else { triangle(a, c, d) };
+        (triangle(a, b, c) + second).max(0.0)
+    }
+
     /// Corners counter-clockwise seen from where the light goes; 3 or 4.
     pub fn new(polygon: &[DVec3]) -> Area {
         let source = kernel::Source::new(polygon);
@@ -56,7 +96,7 @@ impl Area {
     /// Place (s, t) in the unit square and the area that a unit of the square stands for.
     ///
     /// Triangles: (1 - sqrt s, sqrt s (1 - t), sqrt s t), which keeps area (Turk 1990). Quads: bilinear.
-    fn place(&self, s: f64, t: f64) -> (DVec3, f64) {
+    pub fn place(&self, s: f64, t: f64) -> (DVec3, f64) {
         let [v0, v1, v2, v3] = self.corners;
         if self.is_triangle {
             let r = s.sqrt();

@@ -13,10 +13,11 @@ use super::load::{Load, QueryLog, Stage};
 use super::plot::{Mark, Panel, Scale, Series};
 use super::table::{Table, digits, row};
 use super::{Check, ExperimentError, Extent, Findings, board};
+use crate::mesh::PatchId;
 use crate::radiosity::{self, SolveError, SolveOptions};
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::software::SoftwareCaster;
-use crate::raycast::{CastError, Purpose, Query, RayCaster, RayHit};
+use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster, RayHit};
 use crate::render::{self, RenderOptions};
 
 /// Clocks what a caster takes.
@@ -46,6 +47,10 @@ impl RayCaster for Stopwatch {
 
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         self.clocked(|caster| caster.any_hits(purpose, query))
+    }
+
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        self.inner.blocked_by(purpose, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {

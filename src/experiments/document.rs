@@ -65,6 +65,11 @@ pub fn host_document(name: &str, findings: &Findings, extent: Extent, folder: &s
             &super::reconstruction::EXPERIMENT,
             "Every number and every sentence under \"What it says\" comes from that run.",
         ),
+        "two-pass" => (
+            "What the two-pass method saves",
+            &super::two_pass::EXPERIMENT,
+            "How sources are selected and sampled: the headers of `src/direct/`.",
+        ),
         _ => (
             "Pass 1 against closed forms",
             &super::VALIDATION,

@@ -22,7 +22,7 @@ use rtl_model::statistics::BoardStatistics;
 use super::ExperimentError;
 use crate::generate::{Kind, generate};
 use crate::geom::Ray;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, PatchId};
 use crate::radiosity::{self, SolveError, SolveOptions};
 use crate::raycast::quantize::Quantizer;
 use crate::raycast::software::SoftwareCaster;
@@ -206,6 +206,10 @@ impl RayCaster for QueryLog<'_> {
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         self.keep(query, true)?;
         self.inner.any_hits(purpose, query)
+    }
+
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        self.inner.blocked_by(purpose, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {

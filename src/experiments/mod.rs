@@ -30,6 +30,7 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 mod throughput;
+pub mod two_pass;
 mod validation;
 
 pub use document::{document, host_document, terminal_text};

@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::StatisticsByPurpose;
 use crate::geom::DVec3;
+use crate::mesh::PatchId;
 use crate::raycast::board::BoardCaster;
 use crate::raycast::software::SoftwareCaster;
-use crate::raycast::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit};
+use crate::raycast::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit};
 
 /// Who answers the rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -139,6 +140,11 @@ impl RayCaster for RoutedCaster<'_> {
         self.route(purpose).any_hits(purpose, query)
     }
 
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        let caster: &dyn RayCaster = if purpose == self.purpose { self.chosen } else { self.others };
+        caster.blocked_by(purpose, tests)
+    }
+
     /// The larger one: good for both.
     fn surface_offset_m(&self) -> f64 {
         self.chosen.surface_offset_m().max(self.others.surface_offset_m())
@@ -168,6 +174,9 @@ mod tests {
         fn any_hits(&mut self, _: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
             self.n_rays += query.n_rays();
             Ok(vec![true; query.n_rays()])
+        }
+        fn blocked_by(&self, _: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+            vec![0; tests.len()]
         }
         fn surface_offset_m(&self) -> f64 {
             0.25

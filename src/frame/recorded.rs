@@ -238,8 +238,8 @@ fn settings(host: &HostRun<'_>) -> Vec<Setting> {
         put("picture", format!("{width} x {height}, {samples} sample{plural} a pixel"));
     }
     if looks && solves {
-        let RenderOptions { shadow_strata, max_depth, seed, .. } = picture;
-        put("shadow rays", format!("shadow_strata = {shadow_strata}, depth = {max_depth}, seed = {seed}"));
+        let RenderOptions { direct, max_depth, seed, .. } = picture;
+        put("shadow rays", format!("{direct:?}, depth = {max_depth}, seed = {seed}"));
     }
     if solves {
         let SolveOptions {

@@ -142,7 +142,12 @@ mod tests {
             n_clocked: 300,
             first_test_bits: vec![8, 12],
             solve: SolveOptions { unshot_share: 0.05, ..SolveOptions::default() },
-            picture: RenderOptions { width: 24, height: 24, shadow_strata: 2, ..RenderOptions::default() },
+            picture: RenderOptions {
+                width: 24,
+                height: 24,
+                direct: crate::direct::DirectOptions::full(2),
+                ..RenderOptions::default()
+            },
             compare_image,
         };
         let mut told = 0;

@@ -32,14 +32,14 @@ const STEP: i32 = mm(5);
 /// Height of the room (um).
 const HEIGHT: i32 = mm(2700);
 /// The eye (um).
-const EYE: IVec3 = IVec3::new(mm(300), mm(300), mm(1650));
+pub(super) const EYE: IVec3 = IVec3::new(mm(300), mm(300), mm(1650));
 /// Luminous flux of the lamps (lm) for each square metre of the floor.
 const LUMENS_PER_M2: i32 = 400;
 /// Wanted elements of the room and of a piece. A piece has some 400 however few are asked for: legs and boards are thin.
 const ELEMENTS: [u32; 2] = [300, 140];
 
 /// Reflectances of what furniture is made of.
-const MATERIALS: [(&str, [f64; 3]); 9] = [
+pub(super) const MATERIALS: [(&str, [f64; 3]); 9] = [
     ("beech", [0.58, 0.42, 0.26]),
     ("oak", [0.42, 0.29, 0.16]),
     ("walnut", [0.2, 0.12, 0.07]),

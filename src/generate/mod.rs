@@ -11,6 +11,7 @@ use std::fmt;
 
 mod furnished_room;
 mod furniture;
+mod many_lamps;
 mod random;
 mod random_patches;
 mod room;
@@ -26,19 +27,22 @@ pub enum Kind {
     RandomPatches,
     /// A room with tables, chairs, shelves and cupboards.
     FurnishedRoom,
+    /// The same room under many small lamps.
+    ManyLamps,
     /// Random segments of the unit square, extruded: a two-dimensional world.
     Segments2d,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 3] = [Kind::RandomPatches, Kind::FurnishedRoom, Kind::Segments2d];
+    pub const ALL: [Kind; 4] = [Kind::RandomPatches, Kind::FurnishedRoom, Kind::ManyLamps, Kind::Segments2d];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Kind::RandomPatches => "random-patches",
             Kind::FurnishedRoom => "furnished-room",
+            Kind::ManyLamps => "many-lamps",
             Kind::Segments2d => "segments-2d",
         }
     }
@@ -48,6 +52,7 @@ impl Kind {
         match self {
             Kind::RandomPatches => 100_000,
             Kind::FurnishedRoom => 1000,
+            Kind::ManyLamps => 1000,
             Kind::Segments2d => 10_000,
         }
     }
@@ -89,6 +94,7 @@ pub fn generate(kind: Kind, count: u32, seed: u64) -> Result<Generated, CountErr
     let scene = match kind {
         Kind::RandomPatches => random_patches::scene(count, seed),
         Kind::FurnishedRoom => furnished_room::scene(count, seed),
+        Kind::ManyLamps => many_lamps::scene(count, seed),
         Kind::Segments2d => segments_2d::scene(count, seed),
     };
     let command = format!("radeng generate {kind} --count {count} --seed {seed} -o scene.toml");

@@ -2,6 +2,7 @@
 
 mod aabb;
 mod ray;
+pub(crate) mod optics;
 pub(crate) mod weld;
 
 pub use aabb::Aabb;

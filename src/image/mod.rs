@@ -20,6 +20,7 @@ pub mod exr;
 pub mod false_colour;
 pub mod files;
 pub mod png;
+pub mod rmse;
 pub mod second_difference;
 
 pub use difference::{Difference, DifferenceError, difference};

@@ -37,6 +37,17 @@ pub fn encode_png(film: &Film, exposure: ResolvedExposure) -> Result<Vec<u8>, Ou
     encode_rgb(film.width, film.height, &data)
 }
 
+/// Counts as grey levels of a PNG file: black none, white `most`, even steps of the encoded value.
+///
+/// # Errors
+/// As [`encode_png`].
+pub fn encode_counts(width: usize, height: usize, counts: &[u8], most: u32) -> Result<Vec<u8>, OutputError> {
+    let most = f64::from(most.max(1));
+    let grey = |n: &u8| [(255.0 * f64::from(*n) / most).round().min(255.0) as u8; 3];
+    let data: Vec<u8> = counts.iter().flat_map(grey).collect();
+    encode_rgb(width, height, &data)
+}
+
 /// sRGB bytes, three a pixel, as a PNG file.
 ///
 /// # Errors

@@ -40,6 +40,7 @@ impl Solver<'_> {
             kernel: self.options.kernel,
             // Only solves that end stochastically tell an error.
             twice: is_large(self.mesh, self.options),
+            panes: &self.panes,
         };
         let aim = |shooter: &ShooterId| Aim { shooter: *shooter, look: self.look(*shooter) };
         let mut wanted: Vec<Aim> = shooters.iter().map(aim).collect();
@@ -51,7 +52,15 @@ impl Solver<'_> {
             return Ok((at_hand.into_iter().flatten().collect(), 0));
         }
         let (strays, n_stray_rays) = factors.stray_shares(&wanted, caster)?;
-        let rows = factors.rows(&wanted, caster)?;
+        let mut rows = factors.rows(&wanted, caster)?;
+        for ((aim, (row, _)), (_, passed)) in wanted.iter().zip(&mut rows).zip(&strays) {
+            let area_m2 = match aim.shooter {
+                ShooterId::Patch(patch) => self.mesh.patches[patch.0 as usize].area_m2,
+                ShooterId::Emitter(e) => self.emitters[e as usize].area_m2,
+            };
+            row.passed_m2 = [0, 1].map(|side| row.passed_m2[side] + area_m2 * passed[side]);
+        }
+        let strays: Vec<StrayShares> = strays.into_iter().map(|(shares, _)| shares).collect();
         let n_rays = n_stray_rays + rows.iter().map(|(_, n_rays)| n_rays).sum::<u64>();
         if let Some(cache) = &mut self.row_cache {
             for (aim, ((row, _), stray)) in wanted.iter().zip(rows.iter().zip(&strays)) {

@@ -31,6 +31,9 @@ pub(super) fn add_light(state: &mut State, shot: &LightShot, share: f64) {
     state.account.emitted_w += power_w;
     state.account.lost_w += power_w * shot.stray.lost;
     state.account.back_w += power_w * shot.stray.back;
+    let [fronts_w, backs_w] = shot.passed_w;
+    state.account.specular_w -= fronts_w * share;
+    state.account.back_w -= backs_w * share;
     state.n_rays += shot.n_rays;
 }
 
@@ -68,6 +71,7 @@ pub(super) fn add_variance(state: &mut State, before: f64, more: f64, row: &Row)
 /// What a shooter of these radiosities (W/m^2) adds everywhere.
 pub(super) fn add_row(state: &mut State, direct: Rgb, indirect: Rgb, row: &Row) {
     let total = direct + indirect;
+    pass_on(state, total, row.passed_m2);
     let per_task = BLOCKS_PER_TASK * ROW_BLOCK;
     state.elements.par_chunks_mut(per_task).enumerate().for_each(|(task, chunk)| {
         for (b, block) in chunk.chunks_mut(ROW_BLOCK).enumerate() {
@@ -87,4 +91,10 @@ pub(super) fn add_row(state: &mut State, direct: Rgb, indirect: Rgb, row: &Row) 
             });
         }
     });
+}
+
+/// Power that panes passed on (W, as `per` x `passed`: where elements count it, and on backs), which is counted where it arrives, is not left on them.
+fn pass_on(state: &mut State, per: Rgb, passed: [f64; 2]) {
+    state.account.specular_w -= per * passed[0];
+    state.account.back_w -= per * passed[1];
 }

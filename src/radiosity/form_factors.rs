@@ -16,7 +16,8 @@
 //! How much of F is chance: two independent looks at a shooter differ, squared and in the mean, by twice the variance of
 //! one. Of each row some elements look a second time, each time others; that makes no difference to F.
 //!
-//! Not modelled: light through glass, and the penumbra inside a patch beyond the four strata.
+//! Thin glass passes its transmittance, as a luminance. Not modelled: its colour in factors, light that it or closed glass sends
+//! elsewhere, and the penumbra inside a patch beyond the four strata.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -32,6 +33,7 @@ use super::receivers::Receivers;
 use super::row::SparseRow;
 use super::shooter::{Aim, Look, MIDDLE, N_STRATA, Shooter, ShooterId};
 use crate::mesh::{Mesh, VertexId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 use crate::sampling::hash;
 
@@ -50,6 +52,9 @@ pub(super) struct Row {
     /// Surfaces, and the sum over each one's elements of area x variance (m^2) of their factors: by second looks, so none
     /// where nobody asked for them.
     pub spread: Vec<(u32, f64)>,
+    /// Sum of area x factor (m^2) of light that came through thin glass, which is counted at the glass, too: where
+    /// elements count it, and on backs.
+    pub passed_m2: [f64; 2],
 }
 
 impl Row {
@@ -68,6 +73,14 @@ pub(super) struct FormFactors<'a> {
     pub kernel: Kernel,
     /// Look twice, so that rows know their spread.
     pub twice: bool,
+    pub panes: &'a Panes,
+}
+
+/// What rays saw of a shooter: 1, 0, or what panes pass.
+struct Sight {
+    shares: Vec<f32>,
+    /// Of rays that passed panes: which, and whether the last was met on a back.
+    through: Vec<(usize, bool)>,
 }
 
 impl FormFactors<'_> {
@@ -100,21 +113,33 @@ impl FormFactors<'_> {
             true => Vec::new(),
             false => caster.any_hits(Purpose::FormFactor, Query::Bundles(&query))?,
         };
+        let passed =
+            self.panes.behind_panes(caster, Purpose::FormFactor, Query::Bundles(&query), &answers)?;
+        let mut passed = passed.iter().peekable();
         // Blocks of a shooter come in order, so its answers do too.
-        let mut blocked = vec![Vec::new(); plans.len()];
+        let mut blocked: Vec<Sight> =
+            plans.iter().map(|_| Sight { shares: Vec::new(), through: Vec::new() }).collect();
         let mut at = 0;
         for (&(p, _), bundle) in order.iter().zip(&query) {
-            blocked[p].extend_from_slice(&answers[at..at + bundle.n_rays()]);
-            at += bundle.n_rays();
+            let (sight, end) = (&mut blocked[p], at + bundle.n_rays());
+            let start = sight.shares.len();
+            sight.shares.extend(answers[at..end].iter().map(|blocked| f32::from(u8::from(!blocked))));
+            while let Some(passed) = passed.next_if(|passed| passed.index < end) {
+                let ray = start + passed.index - at;
+                // A factor has no colour.
+                sight.shares[ray] = passed.share.luminance() as f32;
+                sight.through.push((ray, passed.by_back));
+            }
+            at = end;
         }
         let (plans, second_plans) = plans.split_at(shooters.len());
         let (blocked, second_blocked) = blocked.split_at(shooters.len());
         let row = |p: usize| {
             let (mut row, factors) = self.row(&plans[p], &blocked[p]);
-            let mut n_rays = blocked[p].len();
+            let mut n_rays = blocked[p].shares.len();
             if let (Some(plan), Some(blocked)) = (second_plans.get(p), second_blocked.get(p)) {
                 row.spread = self.spread(&factors, plan, blocked);
-                n_rays += blocked.len();
+                n_rays += blocked.shares.len();
             }
             (row, n_rays as u64)
         };
@@ -178,8 +203,8 @@ impl FormFactors<'_> {
     }
 
     /// [`Row::spread`] from the factors of a row and what the second look saw.
-    fn spread(&self, factors: &[f32], second: &Plan, blocked: &[bool]) -> Vec<(u32, f64)> {
-        let n_visible = self.n_visible(second, blocked);
+    fn spread(&self, factors: &[f32], second: &Plan, sight: &Sight) -> Vec<(u32, f64)> {
+        let n_visible = self.n_visible(second, sight.shares.iter().copied());
         let mut of_surfaces = BTreeMap::new();
         for e in self.looking_twice(&second.shooter) {
             let off = f64::from(factors[e]) - self.element_factor(second, &n_visible, e);
@@ -215,21 +240,39 @@ impl FormFactors<'_> {
         }
     }
 
-    /// Rays of every receiver that met nothing, in the order of [`FormFactors::bundles`].
-    fn n_visible(&self, plan: &Plan, blocked: &[bool]) -> Vec<u8> {
-        let mut n_visible = vec![0u8; self.receivers.all.len()];
-        for (owner, blocked) in plan.owners().zip(blocked) {
-            n_visible[owner] += u8::from(!blocked);
+    /// What the rays of every receiver saw in all, from shares in the order of [`FormFactors::bundles`].
+    fn n_visible(&self, plan: &Plan, shares: impl Iterator<Item = f32>) -> Vec<f32> {
+        let mut n_visible = vec![0.0; self.receivers.all.len()];
+        for (owner, share) in plan.owners().zip(shares) {
+            n_visible[owner] += share;
         }
         n_visible
     }
 
+    /// [`Row::passed_m2`].
+    fn passed_m2(&self, plan: &Plan, sight: &Sight) -> [f64; 2] {
+        [false, true].map(|by_back| {
+            if !sight.through.iter().any(|(_, b)| *b == by_back) {
+                return 0.0;
+            }
+            let mut shares = vec![0.0; sight.shares.len()];
+            for (ray, _) in sight.through.iter().filter(|(_, b)| *b == by_back) {
+                shares[*ray] = sight.shares[*ray];
+            }
+            let n_passed = self.n_visible(plan, shares.into_iter());
+            let area_m2 = |e: usize| self.mesh.elements[e].area_m2;
+            (0..self.receivers.n_elements())
+                .map(|e| area_m2(e) * self.element_factor(plan, &n_passed, e))
+                .sum()
+        })
+    }
+
     /// Sparse: the share that the element's one ray saw, if it cast one.
-    fn element_share(&self, plan: &Plan, n_visible: &[u8], e: usize) -> Option<f64> {
+    fn element_share(&self, plan: &Plan, n_visible: &[f32], e: usize) -> Option<f64> {
         self.receivers.points_of(e).find(|&i| plan.looks[i] != 0).map(|i| plan.share(n_visible, i))
     }
 
-    fn element_factor(&self, plan: &Plan, n_visible: &[u8], e: usize) -> f64 {
+    fn element_factor(&self, plan: &Plan, n_visible: &[f32], e: usize) -> f64 {
         let mut points = self.receivers.points_of(e);
         let weighted = |i: usize| self.receivers.all[i].weight * plan.kernels[i];
         if plan.look != Look::Sparse {
@@ -241,11 +284,11 @@ impl FormFactors<'_> {
     }
 
     /// A row from what its rays saw, and its factors to all elements.
-    fn row(&self, plan: &Plan, blocked: &[bool]) -> (Row, Vec<f32>) {
+    fn row(&self, plan: &Plan, sight: &Sight) -> (Row, Vec<f32>) {
         let Plan { kernels, looks, .. } = plan;
         let receivers = &self.receivers.all;
         let n_gauss = self.receivers.n_gauss();
-        let n_visible = self.n_visible(plan, blocked);
+        let n_visible = self.n_visible(plan, sight.shares.iter().copied());
         let elements: Vec<f32> = (0..self.receivers.n_elements())
             .into_par_iter()
             .with_min_len(1024)
@@ -274,6 +317,7 @@ impl FormFactors<'_> {
             elements: SparseRow::pack(&elements),
             vertices: SparseRow::pack(&vertices),
             spread: Vec::new(),
+            passed_m2: self.passed_m2(plan, sight),
         };
         (row, elements)
     }
@@ -346,7 +390,7 @@ struct Plan {
 
 impl Plan {
     /// Share of its rays that receiver `i` saw the shooter with.
-    fn share(&self, n_visible: &[u8], i: usize) -> f64 {
+    fn share(&self, n_visible: &[f32], i: usize) -> f64 {
         f64::from(n_visible[i]) / f64::from(self.looks[i].count_ones())
     }
 

@@ -10,9 +10,10 @@ use rayon::prelude::*;
 
 use super::lights;
 use super::receivers::Receivers;
-use super::stray::{StrayShares, stray};
+use super::stray::{StrayShares, add_beyond, stray};
 use crate::geom::Ray;
 use crate::mesh::{ElementId, Mesh, VertexId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, Purpose, Query, RayCaster};
 use crate::scene::Light;
 use crate::units::Rgb;
@@ -30,6 +31,8 @@ pub(super) struct LightShot {
     pub power_w: Rgb,
     /// What reached no element.
     pub stray: StrayShares,
+    /// What came through panes (W), which is counted at the glass, too: by elements, and on backs.
+    pub passed_w: [Rgb; 2],
     /// Rays cast.
     pub n_rays: u64,
 }
@@ -38,22 +41,33 @@ pub(super) fn shoot(
     mesh: &Mesh,
     receivers: &Receivers,
     light: &Light,
+    panes: &Panes,
     caster: &mut dyn RayCaster,
 ) -> Result<LightShot, CastError> {
     let mut irradiance: Vec<Rgb> =
         receivers.all.par_iter().map(|r| lights::irradiance(light, r.point, r.normal)).collect();
     let lit: Vec<usize> = (0..irradiance.len()).filter(|&i| !irradiance[i].is_black()).collect();
     let mut n_rays = lit.len() as u64;
+    let mut passed_w = [Rgb::BLACK; 2];
     if !lit.is_empty() {
         let targets: Vec<DVec3> = lit.iter().map(|&i| receivers.all[i].target).collect();
-        let blocked = lights::blocked(light, &targets, caster)?;
+        let (blocked, passed) = lights::blocked_and_passed(light, &targets, panes, caster)?;
         let mut arrives = vec![false; irradiance.len()];
         lit.iter().zip(blocked).for_each(|(&i, blocked)| arrives[i] = !blocked);
         n_rays += settle_lines(mesh, receivers.n_gauss(), light, &irradiance, &mut arrives, caster)?;
-        for (e, arrives) in irradiance.iter_mut().zip(arrives) {
-            if !arrives {
-                *e = Rgb::BLACK;
+        let mut shares: Vec<Rgb> =
+            arrives.iter().map(|arrives| if *arrives { Rgb::WHITE } else { Rgb::BLACK }).collect();
+        for p in passed {
+            let i = lit[p.index];
+            shares[i] = p.share;
+            if i < receivers.n_gauss() {
+                let receiver = &receivers.all[i];
+                let area_m2 = mesh.elements[receiver.owner as usize].area_m2;
+                passed_w[usize::from(p.by_back)] += irradiance[i] * p.share * (receiver.weight * area_m2);
             }
+        }
+        for (e, share) in irradiance.iter_mut().zip(shares) {
+            *e = *e * share;
         }
     }
     let elements: Vec<Rgb> = (0..receivers.n_elements())
@@ -70,10 +84,14 @@ pub(super) fn shoot(
         let rays: Vec<Ray> = directions.iter().map(|(d, _)| Ray::unbounded(origin, *d)).collect();
         let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
         shares = stray(mesh, &hits, |i| directions[i].1);
+        let beyond = panes.beyond(caster, Purpose::FormFactor, Query::Rays(&rays), &hits)?;
+        let all: f64 = directions.iter().map(|(_, share)| share).sum();
+        let strayed = add_beyond(mesh, &mut shares, beyond.iter(), |i| directions[i].1 / all);
+        passed_w = [0, 1].map(|side| passed_w[side] + power_w * strayed[side]);
         n_rays += rays.len() as u64;
     }
     let vertices = irradiance.split_off(receivers.n_gauss());
-    Ok(LightShot { elements, vertices, power_w, stray: shares, n_rays })
+    Ok(LightShot { elements, vertices, power_w, stray: shares, passed_w, n_rays })
 }
 
 /// Lets each side of a broken line see a light as the centroids of its elements do: the line that an edge stands for may run

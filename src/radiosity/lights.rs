@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::geom::Ray;
+use crate::raycast::transmit::{Panes, Passed};
 use crate::raycast::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 use crate::scene::Light;
 use crate::units::Rgb;
@@ -37,19 +38,35 @@ pub fn irradiance(light: &Light, point: DVec3, normal: DVec3) -> Rgb {
 /// # Errors
 /// When the caster fails.
 pub fn blocked(light: &Light, places: &[DVec3], caster: &mut dyn RayCaster) -> Result<Vec<bool>, CastError> {
-    match *light {
-        _ if places.is_empty() => Ok(Vec::new()),
+    Ok(blocked_and_passed(light, places, &Panes::default(), caster)?.0)
+}
+
+/// The same, and what comes through `panes` to places that are blocked by nothing else.
+///
+/// # Errors
+/// When the caster fails.
+pub fn blocked_and_passed(
+    light: &Light,
+    places: &[DVec3],
+    panes: &Panes,
+    caster: &mut dyn RayCaster,
+) -> Result<(Vec<bool>, Vec<Passed>), CastError> {
+    let (rays, bundles): (Vec<Ray>, Vec<RayBundle>);
+    let query = match *light {
+        _ if places.is_empty() => return Ok((Vec::new(), Vec::new())),
         Light::Point { position, .. } | Light::Spot { position, .. } => {
             let bundle = |points: &[DVec3]| RayBundle::Targets { apex: position, points: points.to_vec() };
-            let bundles: Vec<RayBundle> = places.chunks(MAX_BUNDLE_RAYS).map(bundle).collect();
-            caster.any_hits(Purpose::FormFactor, Query::Bundles(&bundles))
+            bundles = places.chunks(MAX_BUNDLE_RAYS).map(bundle).collect();
+            Query::Bundles(&bundles)
         }
         Light::Directional { direction, .. } => {
-            let rays: Vec<Ray> =
-                places.iter().map(|place| Ray::unbounded(*place, DVec3::ZERO - direction)).collect();
-            caster.any_hits(Purpose::FormFactor, Query::Rays(&rays))
+            rays = places.iter().map(|place| Ray::unbounded(*place, DVec3::ZERO - direction)).collect();
+            Query::Rays(&rays)
         }
-    }
+    };
+    let blocked = caster.any_hits(Purpose::FormFactor, query)?;
+    let passed = panes.behind_panes(caster, Purpose::FormFactor, query, &blocked)?;
+    Ok((blocked, passed))
 }
 
 /// Where a light is (m); `None` when it is infinitely far.

@@ -50,6 +50,7 @@ mod tests;
 
 use checkpoint::{Checkpoint, CheckpointError};
 pub use diagnostics::ReciprocityError;
+pub(crate) use receivers::Receiver;
 use row_cache::{RowCache, RowFileError};
 use solution_file::Stored;
 

@@ -7,12 +7,12 @@
 //!                 at the edge of a shadow: again, finer
 //! ```
 //! An element is cut into r x r cells, r growing with its form factor: F by the exact kernel, v whether the cell's ray arrives.
-//! Every emitting surface is seen by at least 16 rays. What is partly seen, or seen otherwise than its neighbour, is cut finer
+//! Every emitting surface is seen by at least 64 rays. What is partly seen, or seen otherwise than its neighbour, is cut finer
 //! and looked at again. E of a cell is `E_mean` of its element with the slope of the values of its vertices, so that the mean
 //! over the element stays `E_mean`: with the mean alone a point near a wall whose light changes was 0.6 % off (the lit cube's
 //! ceiling, elements of 1/16 m).
 //! Points are worked on in parallel, the rays of many in one query: a point's value never depends on the others.
-//! Not modelled: light through mirrors and glass.
+//! Thin glass passes light straight through. Not modelled: light by way of mirrors and closed glass.
 
 use std::ops::Range;
 
@@ -23,13 +23,14 @@ use super::kernel::Source;
 use super::{ProbePoint, Solution, SolveError, SplitIrradiance, lights};
 use crate::geom::Ray;
 use crate::mesh::{Corners, ElementId, Mesh, Patch, PatchId, SurfacePoint, VertexId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster};
 use crate::sampling::{hash, unit_pair};
 use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
 /// Rays that see each emitting surface at least.
-const MIN_RAYS_PER_EMITTER: usize = 16;
+const MIN_RAYS_PER_EMITTER: usize = 64;
 /// A patch that does not emit is seen as one up to this form factor.
 const WHOLE_FACTOR: f64 = 1e-3;
 /// An element of a larger form factor is cut into r x r cells, F <= r^2 x this.
@@ -111,6 +112,7 @@ struct View<'a> {
     scene: &'a Scene,
     mesh: &'a Mesh,
     shining: Vec<ShiningPatch>,
+    panes: Panes,
     offset_m: f64,
 }
 
@@ -123,18 +125,19 @@ pub(super) fn run(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Vec<SplitIrradiance>, SolveError> {
     let shining = shining(scene, mesh, solution);
-    let view = View { scene, mesh, offset_m: caster.surface_offset_m(), shining };
+    let panes = Panes::of(scene, mesh);
+    let view = View { scene, mesh, offset_m: caster.surface_offset_m(), panes, shining };
     let per_query = (RAYS_PER_QUERY / view.shining.len().max(1)).clamp(1, POINTS_PER_QUERY);
     let mut values = Vec::with_capacity(points.len());
     for chunk in points.chunks(per_query) {
         let plans: Vec<Plan> = chunk.par_iter().map(|point| view.plan(point)).collect();
-        let blocked = Blocked::of(&plans, caster)?;
-        let parts = plans.par_iter().zip(&blocked).zip(chunk);
+        let arriving = Arriving::of(&plans, &view.panes, caster)?;
+        let parts = plans.par_iter().zip(&arriving).zip(chunk);
         let (sums, finer): (Vec<SplitIrradiance>, Vec<Plan>) =
-            parts.map(|((plan, blocked), point)| view.settle(plan, blocked, point)).unzip();
-        let blocked = Blocked::of(&finer, caster)?;
-        values.extend(sums.iter().zip(finer.iter().zip(&blocked)).map(|(sum, (plan, blocked))| {
-            let more = plan.sum(0..plan.cells.len(), blocked);
+            parts.map(|((plan, arriving), point)| view.settle(plan, arriving, point)).unzip();
+        let arriving = Arriving::of(&finer, &view.panes, caster)?;
+        values.extend(sums.iter().zip(finer.iter().zip(&arriving)).map(|(sum, (plan, arriving))| {
+            let more = plan.sum(0..plan.cells.len(), arriving);
             SplitIrradiance { direct: sum.direct + more.direct, indirect: sum.indirect + more.indirect }
         }));
         progress(values.len() as f64 / points.len() as f64);
@@ -266,9 +269,9 @@ impl View<'_> {
     }
 
     /// What arrives at a point, but for what lies at the edge of a shadow, which is planned anew, finer.
-    fn settle(&self, plan: &Plan, blocked: &Blocked, point: &ProbePoint) -> (SplitIrradiance, Plan) {
+    fn settle(&self, plan: &Plan, arriving: &Arriving, point: &ProbePoint) -> (SplitIrradiance, Plan) {
         let all_or_nothing = |entry: &Entry| {
-            let mut seen = entry.cells.clone().map(|i| !blocked.near[i]);
+            let mut seen = entry.cells.clone().map(|i| !arriving.near[i].is_black());
             let first = seen.next();
             if seen.all(|s| Some(s) == first) { first } else { None }
         };
@@ -290,13 +293,13 @@ impl View<'_> {
                 })
         };
         let lights = plan.entries.last().map_or(0, |e| e.cells.end)..plan.cells.len();
-        let mut sum = plan.sum(lights, blocked);
-        sum.direct += plan.far.iter().zip(&blocked.far).filter(|(_, far)| !**far).map(|(e, _)| *e).sum();
+        let mut sum = plan.sum(lights, arriving);
+        sum.direct += plan.far.iter().zip(&arriving.far).map(|(e, share)| *e * *share).sum();
         let mut finer = Plan::at(point, self.offset_m);
         for entry in &plan.entries {
             match (is_edge(entry), entry.element) {
                 (false, _) => {
-                    let part = plan.sum(entry.cells.clone(), blocked);
+                    let part = plan.sum(entry.cells.clone(), arriving);
                     sum.direct += part.direct;
                     sum.indirect += part.indirect;
                 }
@@ -345,25 +348,25 @@ impl Plan {
     }
 
     /// What arrives from some cells.
-    fn sum(&self, cells: Range<usize>, blocked: &Blocked) -> SplitIrradiance {
+    fn sum(&self, cells: Range<usize>, arriving: &Arriving) -> SplitIrradiance {
         let mut sum = SplitIrradiance::default();
-        for i in cells.filter(|&i| !blocked.near[i]) {
-            sum.direct += self.cells[i].direct;
-            sum.indirect += self.cells[i].indirect;
+        for (cell, share) in self.cells[cells.clone()].iter().zip(&arriving.near[cells]) {
+            sum.direct += cell.direct * *share;
+            sum.indirect += cell.indirect * *share;
         }
         sum
     }
 }
 
-/// Which rays of a plan do not arrive.
-struct Blocked {
-    near: Vec<bool>,
-    far: Vec<bool>,
+/// Which share of the light along each ray of a plan arrives: 1, 0, or what panes pass.
+struct Arriving {
+    near: Vec<Rgb>,
+    far: Vec<Rgb>,
 }
 
-impl Blocked {
+impl Arriving {
     /// Of every plan, from one query for all bundles and one for all rays to lights infinitely far.
-    fn of(plans: &[Plan], caster: &mut dyn RayCaster) -> Result<Vec<Blocked>, SolveError> {
+    fn of(plans: &[Plan], panes: &Panes, caster: &mut dyn RayCaster) -> Result<Vec<Arriving>, SolveError> {
         let bundles_of = |plan: &Plan| -> Vec<RayBundle> {
             let chunks = plan.targets.chunks(MAX_BUNDLE_RAYS);
             chunks.map(|points| RayBundle::Targets { apex: plan.apex, points: points.to_vec() }).collect()
@@ -372,18 +375,18 @@ impl Blocked {
         let far_rays: Vec<Ray> = plans.iter().flat_map(|plan| plan.far_rays.iter().copied()).collect();
         let near = match bundles.is_empty() {
             true => Vec::new(),
-            false => caster.any_hits(Purpose::Probe, Query::Bundles(&bundles))?,
+            false => panes.transmitted(caster, Purpose::Probe, Query::Bundles(&bundles))?,
         };
         let far = match far_rays.is_empty() {
             true => Vec::new(),
-            false => caster.any_hits(Purpose::Probe, Query::Rays(&far_rays))?,
+            false => panes.transmitted(caster, Purpose::Probe, Query::Rays(&far_rays))?,
         };
         let (mut near, mut far) = (&near[..], &far[..]);
         let split = plans.iter().map(|plan| {
             let (mine, rest) = near.split_at(plan.targets.len());
             let (mine_far, rest_far) = far.split_at(plan.far.len());
             (near, far) = (rest, rest_far);
-            Blocked { near: mine.to_vec(), far: mine_far.to_vec() }
+            Arriving { near: mine.to_vec(), far: mine_far.to_vec() }
         });
         Ok(split.collect())
     }

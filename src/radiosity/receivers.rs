@@ -21,7 +21,7 @@ const VERTEX_INSET_MAX_SHARE: f64 = 0.25;
 
 /// A place that receives light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Receiver {
+pub(crate) struct Receiver {
     /// Where the kernel is evaluated (m).
     pub point: DVec3,
     /// Where rays end (m).
@@ -34,6 +34,25 @@ pub(super) struct Receiver {
     pub owner: u32,
     /// Which quadrature point of its element; 0 for vertices.
     pub slot: u8,
+}
+
+impl Receiver {
+    /// Vertex `v`.
+    pub(crate) fn of_vertex(vertex: &Vertex, v: u32, offset_m: f64) -> Receiver {
+        let inward = way_in(vertex);
+        let length = inward.length();
+        let inset = (VERTEX_INSET_SHARE * length)
+            .max(VERTEX_INSET_OFFSETS * offset_m)
+            .min(VERTEX_INSET_MAX_SHARE * length);
+        Receiver {
+            point: vertex.position + VERTEX_INSET_SHARE * inward,
+            target: vertex.position + inset * inward.normalize_or_zero() + offset_m * vertex.normal,
+            normal: vertex.normal,
+            weight: 1.0,
+            owner: v,
+            slot: 0,
+        }
+    }
 }
 
 /// All receivers of a mesh.
@@ -69,19 +88,7 @@ impl Receivers {
         }
         element_starts.push(all.len() as u32);
         for (v, vertex) in mesh.vertices.iter().enumerate() {
-            let inward = way_in(vertex);
-            let length = inward.length();
-            let inset = (VERTEX_INSET_SHARE * length)
-                .max(VERTEX_INSET_OFFSETS * offset_m)
-                .min(VERTEX_INSET_MAX_SHARE * length);
-            all.push(Receiver {
-                point: vertex.position + VERTEX_INSET_SHARE * inward,
-                target: vertex.position + inset * inward.normalize_or_zero() + offset_m * vertex.normal,
-                normal: vertex.normal,
-                weight: 1.0,
-                owner: v as u32,
-                slot: 0,
-            });
+            all.push(Receiver::of_vertex(vertex, v as u32, offset_m));
         }
         let extent = |e: &Element| Extent::of(&mesh.polygon(&e.corners));
         let extents = mesh.elements.iter().map(extent).collect();

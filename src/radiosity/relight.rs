@@ -11,7 +11,7 @@
 //! Source: Chen 1990, "Incremental radiosity"; George, Sillion, Greenberg 1990.
 //!
 //! What reflectance zero leaves cannot be said as irradiance that waits to be reflected; it waits as radiosity.
-//! Not modelled: changes of geometry.
+//! Where thin glass passes another share than before, all is shot anew. Not modelled: changes of geometry and of ior.
 
 use super::deposit::add_light;
 use super::shooting::Solver;
@@ -19,6 +19,8 @@ use super::solution_file::Stored;
 use super::state::{Known, State, magnitude};
 use super::{EarlierWork, EnergyAccount, ErrorEstimate, SolveError, SplitIrradiance};
 use crate::raycast::RayCaster;
+use crate::raycast::transmit::is_pane;
+use crate::scene::Surface;
 use crate::units::Rgb;
 
 /// Least reflectance that a difference of radiosity is divided by.
@@ -33,6 +35,9 @@ pub(super) fn begin(
     stored: &Stored,
     caster: &mut dyn RayCaster,
 ) -> Result<State, SolveError> {
+    if other_panes(solver, stored) {
+        return solver.begin(caster);
+    }
     let state = changed(solver, stored, caster)?;
     if state.unshot_power_w() < magnitude(state.account.emitted_w) {
         return Ok(state);
@@ -40,6 +45,16 @@ pub(super) fn begin(
     let mut anew = solver.begin(caster)?;
     anew.n_rays += state.n_rays;
     Ok(anew)
+}
+
+/// Thin glass passes another share of the light than it did: form factors changed.
+fn other_panes(solver: &Solver<'_>, stored: &Stored) -> bool {
+    let surfaces = solver.scene.surfaces.iter().zip(&stored.lighting.surfaces);
+    let passes = |surface: &Surface| solver.scene.material(surface).transmission;
+    let is_thin = |surface: &Surface, then: Rgb| is_pane(solver.scene, surface) || !then.is_black();
+    surfaces
+        .into_iter()
+        .any(|(now, then)| is_thin(now, then.transmission) && passes(now) != then.transmission)
 }
 
 fn changed(
@@ -80,6 +95,14 @@ fn changed(
         }
     }
     state.account = EnergyAccount { emitted_w, lost_w, back_w, ..EnergyAccount::default() };
+    if !solver.panes.is_empty() {
+        // What panes passed on so far: less was left on them than arrived there.
+        let specular = mesh.elements.iter().zip(&state.elements).map(|(element, e)| {
+            let surface = &lighting.surfaces[mesh.patches[element.patch.0 as usize].surface.0 as usize];
+            (surface.specular + surface.transmission) * e.irradiance.total() * element.area_m2
+        });
+        state.account.specular_w = solution.account.specular_w * k - specular.sum();
+    }
     let n = lighting.lights.len().max(scene.lights.len());
     for i in 0..n {
         let (then, now) = (lighting.lights.get(i).map(|l| l.scaled(k)), scene.lights.get(i));

@@ -6,7 +6,7 @@
 //!   OFWH   what they belong to: mesh, sampling, caster     -> Key
 //!   ROWS   shooter, how it was looked at, its row          -> Entry
 //! ```
-//! Form factors are geometry: emission and reflectances are not in them. But who emits is looked at more closely, so a row
+//! Form factors are geometry, and what thin glass passes: emission and reflectances are not in them. But who emits is looked at more closely, so a row
 //! belongs to its shooter and to the way in which it was looked at. A solve with such a file has the bits of one without;
 //! it counts the rays that it casts itself.
 
@@ -23,6 +23,7 @@ use super::solution_file::geometry_hash;
 use super::stray::StrayShares;
 use crate::framed_file::{FramedFileError, Kind, put_section};
 use crate::mesh::Mesh;
+use crate::raycast::transmit::Panes;
 use crate::scene::Scene;
 
 const KIND: Kind =
@@ -48,6 +49,7 @@ pub enum RowFileError {
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Key {
     geometry_hash: u64,
+    panes_hash: u64,
     seed: u64,
     dense_visibility: bool,
     kernel: Kernel,
@@ -90,6 +92,7 @@ impl RowCache {
     ) -> Result<RowCache, RowFileError> {
         let key = Key {
             geometry_hash: geometry_hash(scene, mesh),
+            panes_hash: Panes::of(scene, mesh).hash(),
             seed: options.seed,
             dense_visibility: options.dense_visibility,
             kernel: options.kernel,
@@ -164,6 +167,11 @@ impl Key {
                 "of a mesh with hash",
                 format!("{:016x}", self.geometry_hash),
                 format!("{:016x}", now.geometry_hash),
+            ),
+            (
+                "through thin glass with hash",
+                format!("{:016x}", self.panes_hash),
+                format!("{:016x}", now.panes_hash),
             ),
             ("sampled with seed", self.seed.to_string(), now.seed.to_string()),
             ("with dense visibility", self.dense_visibility.to_string(), now.dense_visibility.to_string()),

@@ -16,7 +16,8 @@ use crate::mesh::{Mesh, PatchId};
 /// What is known of a shooter of `area_m2` once its row was cast.
 pub(super) fn known(mesh: &Mesh, area_m2: f64, row: &Row, stray: StrayShares) -> Known {
     let arrived = row.elements.weighted_sum(|e| mesh.elements[e].area_m2);
-    Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back }
+    let twice = (row.passed_m2[0] + row.passed_m2[1]) / area_m2;
+    Known { stray, area_m2, row_sum: arrived / area_m2 + stray.lost + stray.back - twice }
 }
 
 /// The rows themselves; which ones are kept is the state's.

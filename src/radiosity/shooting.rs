@@ -31,6 +31,7 @@ use super::{Aids, FormFactorMethod, Solution, SolveError, SolveOptions, SolvePha
 use super::{Start, UnshotRadiosity, diagnostics, relight};
 use crate::mesh::{Mesh, PatchId};
 use crate::raycast::RayCaster;
+use crate::raycast::transmit::Panes;
 use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
@@ -79,6 +80,7 @@ pub(super) struct Solver<'a> {
     pub options: &'a SolveOptions,
     pub offset_m: f64,
     optics: Vec<PatchOptics>,
+    pub panes: Panes,
     pub exitance: Vec<Rgb>,
     /// Patches that emit.
     pub n_emitting: usize,
@@ -114,6 +116,7 @@ impl<'a> Solver<'a> {
             options,
             offset_m,
             optics: optics.collect(),
+            panes: Panes::of(scene, mesh),
             n_emitting: exitance.iter().filter(|m| !m.is_black()).count(),
             exitance,
             emitters: match options.form_factors {
@@ -145,7 +148,7 @@ impl<'a> Solver<'a> {
         caster: &mut dyn RayCaster,
     ) -> Result<LightShot, SolveError> {
         let receivers = self.receivers.get_or_insert_with(|| Receivers::of(self.mesh, self.offset_m));
-        Ok(light_shots::shoot(self.mesh, receivers, light, caster)?)
+        Ok(light_shots::shoot(self.mesh, receivers, light, &self.panes, caster)?)
     }
 
     pub(super) fn reflectance(&self, patch: PatchId) -> Rgb {
@@ -181,7 +184,8 @@ impl<'a> Solver<'a> {
             state.stochastic = Some(stochastic::plan(self.mesh, &self.optics, self.options, state));
         }
         let stochastic = self.stochastic.get_or_insert_with(|| {
-            Stochastic::new(self.mesh, self.optics.iter().map(|o| o.reflectance).collect(), self.offset_m)
+            let reflectance = self.optics.iter().map(|o| o.reflectance).collect();
+            Stochastic::new(self.mesh, reflectance, self.offset_m, self.panes.clone())
         });
         stochastic.step(state, self.options, caster)
     }

@@ -12,7 +12,7 @@ use super::form_factors::FormFactors;
 use super::shooter::{Aim, Look};
 use crate::geom::{Ray, tangent_frame};
 use crate::mesh::Mesh;
-use crate::raycast::{CastError, Purpose, Query, RayCaster, RayHit};
+use crate::raycast::{CastError, Purpose, Query, RayCaster, RayHit, transmit};
 use crate::sampling::{hash, unit_pair};
 
 /// Cosine-distributed rays that measure what a shooter loses: n x n strata, jittered, dealt to its source points.
@@ -30,23 +30,30 @@ pub(super) struct StrayShares {
     pub back: f64,
 }
 
+/// Shares of light that strayed behind panes, which are counted at the glass, too: by elements, and on backs.
+pub(super) type Passed = [f64; 2];
+
 impl FormFactors<'_> {
     /// Shares of each shooter's light that reach no element, and how many rays that took, in one query.
     pub(super) fn stray_shares(
         &self,
         aims: &[Aim],
         caster: &mut dyn RayCaster,
-    ) -> Result<(Vec<StrayShares>, u64), CastError> {
+    ) -> Result<(Vec<(StrayShares, Passed)>, u64), CastError> {
         let (mut rays, mut ends) = (Vec::new(), Vec::new());
         for &aim in aims {
             self.add_hemisphere_rays(aim, &mut rays);
             ends.push(rays.len());
         }
         let hits = caster.closest_hits(Purpose::FormFactor, Query::Rays(&rays))?;
+        let beyond = self.panes.beyond(caster, Purpose::FormFactor, Query::Rays(&rays), &hits)?;
         let mut start = 0;
         let shares = ends.into_iter().map(|end| {
-            let hits = &hits[std::mem::replace(&mut start, end)..end];
-            stray(self.mesh, hits, |_| 1.0)
+            let own = std::mem::replace(&mut start, end)..end;
+            let own_beyond = beyond.iter().filter(|p| own.contains(&p.index));
+            let mut shares = stray(self.mesh, &hits[own.clone()], |_| 1.0);
+            let passed = add_beyond(self.mesh, &mut shares, own_beyond, |_| 1.0 / own.len() as f64);
+            (shares, passed)
         });
         Ok((shares.collect(), rays.len() as u64))
     }
@@ -91,4 +98,24 @@ pub(super) fn stray(mesh: &Mesh, hits: &[Option<RayHit>], weight: impl Fn(usize)
         shares = StrayShares { lost: shares.lost / total, back: shares.back / total };
     }
     shares
+}
+
+/// Adds what strays behind panes; `weight`: what each ray stands for.
+pub(super) fn add_beyond<'a>(
+    mesh: &Mesh,
+    shares: &mut StrayShares,
+    beyond: impl Iterator<Item = &'a transmit::Passed>,
+    weight: impl Fn(usize) -> f64,
+) -> Passed {
+    let mut passed = [0.0; 2];
+    for p in beyond {
+        let share = weight(p.index) * p.share.luminance();
+        match p.hit {
+            None => shares.lost += share,
+            Some(hit) if mesh.patch_of_hit(hit.patch, hit.facing).is_none() => shares.back += share,
+            Some(_) => continue,
+        }
+        passed[usize::from(p.by_back)] += share;
+    }
+    passed
 }

@@ -21,7 +21,8 @@ use rtl_model::statistics::BoardStatistics;
 
 use super::quantize::Quantizer;
 use super::quantized::{self, Tracer};
-use super::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit};
+use super::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit};
+use crate::mesh::PatchId;
 
 /// Casts rays on the emulated board.
 #[derive(Debug)]
@@ -171,6 +172,10 @@ impl RayCaster for ObservedBoard<'_> {
         })?;
         self.sink.answered(self.caster.board.clocked_cycles())?;
         Ok(hits)
+    }
+
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        self.caster.blocked_by(purpose, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {
@@ -326,6 +331,10 @@ impl RayCaster for BoardCaster {
 
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         self.booked(purpose, None, |quantizer, board| quantized::any_hits(quantizer, board, query))
+    }
+
+    fn blocked_by(&self, _: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        quantized::blocked_by(&self.quantizer, self.board.image(), &self.board.spec().formats, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {

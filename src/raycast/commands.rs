@@ -11,7 +11,8 @@ use rtl_model::datapath::RayWords;
 use rtl_model::datapath::bundle::BundleWords;
 
 use super::quantize::Quantizer;
-use super::{CastError, Purpose, Query, RayCaster, RayHit, quantized};
+use super::{CastError, Purpose, Query, RayBundle, RayCaster, RayHit, quantized};
+use crate::mesh::PatchId;
 
 /// What the board is asked at once.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,6 +87,10 @@ impl RayCaster for CommandCaster<'_> {
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         self.keep(purpose, true, query)?;
         self.inner.any_hits(purpose, query)
+    }
+
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        self.inner.blocked_by(purpose, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {

@@ -16,7 +16,8 @@ use rtl_model::spec::{BoardSpec, Partition};
 
 use super::quantize::Quantizer;
 use super::quantized::{self, Tracer};
-use super::{CastError, CastPatch, Purpose, Query, RayCaster, RayHit};
+use super::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit};
+use crate::mesh::PatchId;
 
 /// Casts rays with the board's arithmetic, not its clock.
 #[derive(Debug)]
@@ -91,6 +92,10 @@ impl RayCaster for FunctionalCaster {
 
     fn any_hits(&mut self, _: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         quantized::any_hits(&self.quantizer, &mut self.tracer, query)
+    }
+
+    fn blocked_by(&self, _: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        quantized::blocked_by(&self.quantizer, &self.tracer.image, &self.tracer.spec.formats, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {

@@ -16,11 +16,13 @@ mod patch;
 pub mod board;
 pub mod commands;
 pub mod functional;
+pub mod metered;
 pub mod null;
 pub mod quantize;
 mod quantized;
 pub mod recording;
 pub mod software;
+pub mod transmit;
 
 pub use bundle::{MAX_BUNDLE_RAYS, RayBundle};
 pub(crate) use bundle::{cosine_direction, spun_frame};
@@ -63,12 +65,16 @@ pub enum Purpose {
     Primary,
     /// Visibility of pass 1.
     FormFactor,
+    /// Which sources the vertices of the mesh see, before pass 2.
+    Selection,
     /// Direct light of pass 2.
     Shadow,
     /// Mirror and glass.
     Specular,
     /// `probe` gathers.
     Probe,
+    /// Diffuse bounces of path tracing.
+    Bounce,
 }
 
 /// What a caster is asked: explicit rays, or bundles with a common apex.
@@ -115,6 +121,7 @@ pub enum CastError {
 /// - A hit lies in the closed range `t_min <= t <= t_max`; both sides of every patch block.
 /// - The nearest hit is the one with the smallest t; equal t goes to the smaller patch id.
 /// - `any_hits[i]` is true exactly when `closest_hits` would give `Some` for ray i.
+/// - A ray that `blocked_by` names is one that `any_hits` finds blocked.
 /// - A bundle answers as its rays would one by one, to the precision of the backend's formats.
 /// - Same query, same answers, for any number of threads; no state of earlier queries shows.
 /// - No ray leaves a closed room, aimed anywhere, edges and vertices included.
@@ -134,6 +141,10 @@ pub trait RayCaster {
     /// # Errors
     /// As [`RayCaster::closest_hits`].
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError>;
+
+    /// For each test, a bit for every ray of the bundle that the patch blocks, whatever else there is: [`RayCaster::any_hits`]
+    /// would answer true. Bits may be missing; none is ever wrong. Costs the host a test a ray and no cast.
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64>;
 
     /// How far (m) a ray's start or end must be lifted off a surface along its normal so that the surface itself
     /// never answers: derived from the backend's number formats.

@@ -5,14 +5,18 @@
 //! ```
 
 use glam::DVec3;
+use rayon::prelude::*;
 use rtl_model::board::{BoardError, Work};
 use rtl_model::datapath::HitWords;
 use rtl_model::datapath::bundle::BundleWords;
+use rtl_model::datapath::ray_patch::SeenPatch;
+use rtl_model::fixed::Formats;
 use rtl_model::memory_image::MemoryImage;
 use rtl_model::spec::BoardSpec;
 
 use super::quantize::{QuantizedRay, Quantizer};
-use super::{CastError, CastPatch, Query, RayHit};
+use super::{CastError, CastPatch, Query, RayBundle, RayHit};
+use crate::mesh::PatchId;
 
 /// Answers work in words: the board, or its function without time.
 pub(super) trait Tracer {
@@ -115,6 +119,28 @@ pub(super) fn commands(
         Ok(vec![(); n_rays])
     };
     trace_batches(&quantize(quantizer, query)?, no_answers).map(drop)
+}
+
+/// The rays that single patches block, by the datapath itself. Only with full products: else what the board answers depends
+/// on the cells that a patch is listed in, too.
+pub(super) fn blocked_by(
+    quantizer: &Quantizer,
+    image: &MemoryImage,
+    formats: &Formats,
+    tests: &[(&RayBundle, PatchId)],
+) -> Vec<u64> {
+    if formats.cross_drop() > 0 {
+        return vec![0; tests.len()];
+    }
+    let mask = |(bundle, patch): &(&RayBundle, PatchId)| {
+        let Ok(words) = quantizer.bundle(0, bundle) else { return 0 };
+        let seen = SeenPatch::new(formats, words.apex(), image.patch_ref(patch.0));
+        (0..words.n_rays()).fold(0, |mask, i| {
+            let ray = words.ray(formats, i);
+            mask | u64::from(seen.test(formats, ray.dir, ray.t_max).is_some()) << i
+        })
+    };
+    tests.par_iter().map(mask).collect()
 }
 
 /// The nearest hits of a query.

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 use super::{CastError, MAX_BUNDLE_RAYS, Purpose, Query, RayBundle, RayCaster, RayHit};
 use crate::geom::Ray;
+use crate::mesh::PatchId;
 use crate::sampling::mix;
 
 /// A caster that keeps a sample of its queries.
@@ -159,6 +160,10 @@ impl RayCaster for RecordingCaster<'_> {
     fn any_hits(&mut self, purpose: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         self.record(purpose, query, true);
         self.inner.any_hits(purpose, query)
+    }
+
+    fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        self.inner.blocked_by(purpose, tests)
     }
 
     fn surface_offset_m(&self) -> f64 {

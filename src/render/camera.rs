@@ -11,7 +11,7 @@ use crate::raycast::RayBundle;
 use crate::scene::Camera;
 
 /// Side of a camera tile (pixels).
-const TILE: u32 = 8;
+pub(super) const TILE: u32 = 8;
 
 /// A camera and a picture size.
 #[derive(Clone, Copy, Debug)]
@@ -26,10 +26,14 @@ pub(super) struct View {
 /// Up to 8 x 8 pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Tile {
-    x: u32,
-    y: u32,
-    n: u32,
-    m: u32,
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub n: u32,
+    /// Rows.
+    pub m: u32,
 }
 
 impl View {
@@ -44,9 +48,8 @@ impl View {
         View { eye: camera.eye, corner, step_x, step_y }
     }
 
-    /// The rays of `tile` through sub-pixel place `sample` of `samples`.
-    pub fn bundle(&self, tile: &Tile, sample: u32, samples: u32) -> RayBundle {
-        let [dx, dy] = sub_pixel(sample, samples);
+    /// The rays of `tile` through the place [0,1)^2 of each pixel.
+    pub fn bundle(&self, tile: &Tile, [dx, dy]: [f64; 2]) -> RayBundle {
         let (x, y) = (f64::from(tile.x) + dx, f64::from(tile.y) + dy);
         RayBundle::Tile {
             apex: self.eye,
@@ -75,15 +78,6 @@ impl Tile {
         let (column, row) = (i as u32 % self.n, i as u32 / self.n);
         (self.y + row) as usize * width as usize + (self.x + column) as usize
     }
-}
-
-/// Place of a sample in its pixel: the centre for one, else Hammersley's points, one in each row and column.
-fn sub_pixel(sample: u32, samples: u32) -> [f64; 2] {
-    if samples <= 1 {
-        return [0.5, 0.5];
-    }
-    let n = f64::from(samples);
-    [(f64::from(sample) + 0.5) / n, (crate::sampling::radical_inverse(sample) + 0.5 / n).fract()]
 }
 
 /// All tiles of a picture along the Morton curve: neighbours on it see the same patches.
@@ -134,23 +128,8 @@ mod tests {
     fn view_through_a_single_pixel_looks_at_the_target_and_corners_span_the_field_of_view() {
         let view = View::new(&camera(), 1, 1);
         let tile = morton_tiles(1, 1)[0];
-        assert!((view.bundle(&tile, 0, 1).ray(0).dir - DVec3::NEG_Z).length() < 1e-15);
+        assert!((view.bundle(&tile, [0.5; 2]).ray(0).dir - DVec3::NEG_Z).length() < 1e-15);
         let view = View::new(&camera(), 16, 8);
         assert!((view.corner - DVec3::new(-2.0, 1.0, -1.0)).length() < 1e-12, "{}", view.corner);
-    }
-
-    #[test]
-    fn samples_of_a_pixel_lie_one_in_each_row_and_column_of_strata() {
-        for n in 2..=16u32 {
-            let mut columns: Vec<u32> = (0..n).map(|k| (sub_pixel(k, n)[0] * f64::from(n)) as u32).collect();
-            columns.sort_unstable();
-            assert_eq!(columns, (0..n).collect::<Vec<_>>());
-            assert!((0..n).all(|k| (0.0..1.0).contains(&sub_pixel(k, n)[1])));
-            if n.is_power_of_two() {
-                let mut rows: Vec<u32> = (0..n).map(|k| (sub_pixel(k, n)[1] * f64::from(n)) as u32).collect();
-                rows.sort_unstable();
-                assert_eq!(rows, (0..n).collect::<Vec<_>>());
-            }
-        }
     }
 }

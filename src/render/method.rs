@@ -13,6 +13,30 @@ pub enum RenderMethod {
     FullRadiosity,
     /// Direct light by shadow rays, a constant ambient term for the rest (Whitted 1980); needs no pass 1.
     Whitted,
+    /// Unbiased path tracing (Kajiya 1986); needs no pass 1.
+    Path,
+}
+
+/// Which paths of light `path` lets into the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transport {
+    /// All.
+    #[default]
+    Full,
+    /// Those that the two-pass method models: after a diffuse bounce mirrors and closed glass take what they meet, thin glass
+    /// lets light straight through; the specular limits hold.
+    TwoPass,
+}
+
+impl Transport {
+    /// Its name, as on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Transport::Full => "full",
+            Transport::TwoPass => "two-pass",
+        }
+    }
 }
 
 impl RenderMethod {
@@ -22,6 +46,7 @@ impl RenderMethod {
             RenderMethod::TwoPass => "two-pass",
             RenderMethod::FullRadiosity => "full-radiosity",
             RenderMethod::Whitted => "whitted",
+            RenderMethod::Path => "path",
         }
     }
 
@@ -29,7 +54,7 @@ impl RenderMethod {
     pub fn needs_pass_1(self) -> bool {
         match self {
             RenderMethod::TwoPass | RenderMethod::FullRadiosity => true,
-            RenderMethod::Whitted => false,
+            RenderMethod::Whitted | RenderMethod::Path => false,
         }
     }
 }

@@ -1,32 +1,37 @@
 //! Pass 2: camera bundles, shading, specular recursion.
 //!
 //! ```text
-//! camera.rs tiles (Morton) --closest_hits--> trait Shader (shader.rs) --Seen--> film
+//! camera.rs tiles (Morton) --closest_hits--> trait Shader (shader.rs) --Seen--> film/ (sampling, filter, region)
 //!                                              |-- two_pass.rs: stored and sampled light
+//!                                              '-- path/: path tracing
 //! ```
 //! A wave is one sample of all pixels of a band of tiles. The order of queries and sums is fixed, so the picture has the
 //! same bits for any number of threads.
 
 mod camera;
+mod film;
 mod method;
-mod optics;
+pub mod path;
 mod shader;
 mod surfaces;
 mod two_pass;
 
-use crate::direct::DirectLight;
+use crate::direct::{DirectOptions, SelectionCounts, ShadowCounts};
 use crate::image::Film;
 use crate::mesh::Mesh;
-use crate::radiosity::{Solution, SplitIrradiance, ambient};
-use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster};
-use crate::reconstruct::{GradientRule, Method, ReconstructOptions, Reconstruction, TwistRule};
+use crate::radiosity::Solution;
+use crate::raycast::{CastError, RayCaster};
+use crate::reconstruct::{GradientRule, Method, ReconstructOptions, TwistRule};
 use crate::scene::{Camera, Scene};
-use crate::units::{Irradiance, Rgb};
-use camera::{Tile, View, morton_tiles};
-pub use method::RenderMethod;
-use shader::{CameraRay, Shader};
-use surfaces::Surfaces;
-use two_pass::{Stored, TwoPass};
+use crate::units::Irradiance;
+use film::FilmLoop;
+pub use film::{
+    AdaptiveSampling, CONTRAST, Filter, MAX_SAMPLES, Region, RegionError, camera_bundles, camera_ray_numbers,
+};
+pub use method::{RenderMethod, Transport};
+use path::{PathOptions, PathTracer};
+use shader::Shader;
+use two_pass::{Split, TwoPass};
 
 /// How pass 2 is run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -39,10 +44,11 @@ pub struct RenderOptions {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Camera rays per pixel, 1..=16 (stratified; 1 = the pixel's centre).
+    /// Camera rays per pixel, 1..=16 (stratified; 1 = the pixel's centre); with adaptive sampling the first ones.
     pub samples: u32,
-    /// Shadow rays per shaded point and area source: n x n strata.
-    pub shadow_strata: u32,
+    /// How direct light is found.
+    #[serde(default)]
+    pub direct: DirectOptions,
     /// Specular recursion depth.
     pub max_depth: u32,
     /// Reconstruction of the stored indirect irradiance.
@@ -59,6 +65,32 @@ pub struct RenderOptions {
     pub ambient: bool,
     /// Keep the irradiance on the surfaces that pixels show first, too.
     pub irradiance: bool,
+    /// Of `path`: which paths count.
+    #[serde(default)]
+    pub transport: Transport,
+    /// Of `path`: paths per camera ray.
+    #[serde(default = "default_paths")]
+    pub paths: u32,
+    /// More rays for pixels that want them; none: `samples` for all.
+    #[serde(default)]
+    pub adaptive: Option<AdaptiveSampling>,
+    /// From rays to pixels.
+    #[serde(default)]
+    pub filter: Filter,
+    /// The part of the picture that is rendered; none: all of it.
+    #[serde(default)]
+    pub region: Option<Region>,
+    /// Cast the first ray of all pixels before the second of any, so that a picture that is stopped is a whole one. Same
+    /// bits.
+    #[serde(default)]
+    pub coarse_first: bool,
+}
+
+/// Paths per camera ray.
+pub const DEFAULT_PATHS: u32 = 64;
+
+fn default_paths() -> u32 {
+    DEFAULT_PATHS
 }
 
 impl Default for RenderOptions {
@@ -68,7 +100,7 @@ impl Default for RenderOptions {
             width: 256,
             height: 256,
             samples: 1,
-            shadow_strata: 4,
+            direct: DirectOptions::default(),
             max_depth: 6,
             reconstruct: Method::Hermite,
             gradients: GradientRule::LeastSquares,
@@ -76,6 +108,12 @@ impl Default for RenderOptions {
             seed: 1,
             ambient: false,
             irradiance: false,
+            transport: Transport::Full,
+            paths: DEFAULT_PATHS,
+            adaptive: None,
+            filter: Filter::Box,
+            region: None,
+            coarse_first: false,
         }
     }
 }
@@ -96,9 +134,43 @@ pub struct Rendering {
     pub clamped: Vec<bool>,
     /// Vertices whose derivatives the limiter of the reconstruction made smaller.
     pub limited_vertices: usize,
+    /// Which sources are stored and which sampled, and what shadow rays that took; where direct light is sampled.
+    pub direct: Option<DirectCounts>,
+    /// Sources that are sampled where pixels show a surface first, each by its weight, row by row; `None` as in
+    /// `irradiance`, and where it was not asked for.
+    pub sampled_sources: Option<Vec<Option<f64>>>,
+    /// Of `path`: share of the picture's light, in the picture or dropped, that came by paths that the two-pass method does
+    /// not model.
+    pub missed_share: Option<f64>,
+    /// Camera rays per pixel, row by row.
+    pub rays_per_pixel: Vec<u8>,
+    /// Pixels that a filter's lobes made negative and that were made 0.
+    pub n_negative_pixels: u64,
+    /// Share of the work that is done: 1 unless it was stopped.
+    pub done: f64,
+}
+
+/// What direct light took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct DirectCounts {
+    /// Where sources were chosen.
+    pub selection: Option<SelectionCounts>,
+    /// Shadow rays of the picture, without those of the selection.
+    pub shadow: ShadowCounts,
 }
 
 impl Rendering {
+    /// Mean number of camera rays of a pixel shown.
+    pub fn mean_rays_per_pixel(&self) -> f64 {
+        let sum: u64 = self.rays_per_pixel.iter().map(|n| u64::from(*n)).sum();
+        sum as f64 / self.rays_per_pixel.len().max(1) as f64
+    }
+
+    /// Pixels without a ray: black, because rendering was stopped.
+    pub fn n_unrendered_pixels(&self) -> u64 {
+        self.rays_per_pixel.iter().filter(|n| **n == 0).count() as u64
+    }
+
     /// How many pixels are [`Rendering::clamped`].
     pub fn n_clamped_pixels(&self) -> u64 {
         self.clamped.iter().filter(|c| **c).count() as u64
@@ -106,22 +178,25 @@ impl Rendering {
 }
 
 impl RenderOptions {
+    /// How `path` traces.
+    pub fn path(&self) -> PathOptions {
+        let RenderOptions { transport, paths, max_depth, seed, .. } = *self;
+        PathOptions { transport, n_paths: paths, max_depth, seed }
+    }
+
     /// Its method of reconstruction with the rules.
     pub fn reconstruction(&self) -> ReconstructOptions {
         ReconstructOptions { method: self.reconstruct, gradients: self.gradients, twists: self.twists }
     }
 }
 
-/// Camera tiles per band: bounds the paths held at once.
-const TILES_PER_BAND: usize = 256;
-
-/// Most camera rays per pixel.
-const MAX_SAMPLES: u32 = 16;
-
 /// Renders a solved scene.
 ///
 /// # Errors
 /// When the caster fails.
+///
+/// # Panics
+/// When the options' region is no part of their picture; see [`Region::check`].
 pub fn render(
     scene: &Scene,
     camera: &Camera,
@@ -131,86 +206,39 @@ pub fn render(
     options: &RenderOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Rendering, CastError> {
-    let (width, height) = (options.width as usize, options.height as usize);
-    let samples = options.samples.clamp(1, MAX_SAMPLES);
-    let view = View::new(camera, options.width, options.height);
-    let mut shader = shader_of(scene, mesh, solution, caster.surface_offset_m(), options);
-    let mut picture = Rendering {
-        film: Film {
-            width,
-            height,
-            pixels: vec![Rgb::BLACK; width * height],
-            emitter: vec![false; width * height],
-        },
-        back_hits: vec![0; scene.surfaces.len()],
-        n_camera_rays: 0,
-        irradiance: None,
-        clamped: vec![false; width * height],
+    render_until(scene, camera, mesh, solution, caster, options, progress, &mut || false)
+}
+
+/// As [`render`], until `stop` says true: it is asked before every wave.
+///
+/// # Errors
+/// When the caster fails.
+///
+/// # Panics
+/// As [`render`].
+#[expect(clippy::too_many_arguments, reason = "what `render` takes, and when to stop")]
+pub fn render_until(
+    scene: &Scene,
+    camera: &Camera,
+    mesh: &Mesh,
+    solution: &Solution,
+    caster: &mut dyn RayCaster,
+    options: &RenderOptions,
+    progress: &mut dyn FnMut(f64),
+    stop: &mut dyn FnMut() -> bool,
+) -> Result<Rendering, CastError> {
+    if let Some(Err(e)) = options.region.map(|region| region.check(options.width, options.height)) {
+        panic!("{e}");
+    }
+    let mut shader = shader_of(scene, mesh, solution, caster, options)?;
+    let film = FilmLoop { scene, mesh, camera, options, shader: shader.as_mut(), stop, progress };
+    let rendering = film.run(caster)?;
+    Ok(Rendering {
         limited_vertices: shader.limited_vertices(),
-    };
-    // Sum of what the pixel's rays met, and how many met any.
-    let mut received = options.irradiance.then(|| vec![(Rgb::BLACK, 0_u32); width * height]);
-    let tiles = morton_tiles(options.width, options.height);
-    let n_bands = tiles.len().div_ceil(TILES_PER_BAND) * samples as usize;
-    let mut done = 0;
-    for band in tiles.chunks(TILES_PER_BAND) {
-        for sample in 0..samples {
-            let (bundles, rays) = camera_wave(&view, band, sample, samples, options.width);
-            let hits = caster.closest_hits(Purpose::Primary, Query::Bundles(&bundles))?;
-            picture.n_camera_rays += rays.len() as u64;
-            let weight = 1.0 / f64::from(samples);
-            for (ray, seen) in rays.iter().zip(shader.see(caster, &rays, hits)?) {
-                picture.film.pixels[ray.pixel] += seen.radiance.0 * weight;
-                picture.film.emitter[ray.pixel] |= seen.emits;
-                picture.clamped[ray.pixel] |= seen.clamped;
-                if let Some(surface) = seen.back {
-                    picture.back_hits[surface.0 as usize] += 1;
-                }
-                if let (Some(received), Some(e)) = (&mut received, seen.irradiance) {
-                    let (sum, n) = &mut received[ray.pixel];
-                    *sum += e;
-                    *n += 1;
-                }
-            }
-            done += 1;
-            progress(done as f64 / n_bands as f64);
-        }
-    }
-    picture.irradiance = received.map(|received| {
-        let mean = |(sum, n): (Rgb, u32)| (n > 0).then(|| Irradiance(sum / f64::from(n)));
-        received.into_iter().map(mean).collect()
-    });
-    Ok(picture)
-}
-
-/// The camera bundles of a picture with one ray through the centre of every pixel, in the order in which they are cast.
-pub fn camera_bundles(camera: &Camera, width: u32, height: u32) -> Vec<RayBundle> {
-    let view = View::new(camera, width, height);
-    morton_tiles(width, height).iter().map(|tile| view.bundle(tile, 0, 1)).collect()
-}
-
-/// The numbers that the camera rays of pixel (x, y) have, sample by sample, among all camera rays of a picture in the order
-/// in which [`render`] casts them.
-pub fn camera_ray_numbers(width: u32, height: u32, samples: u32, x: u32, y: u32) -> Vec<u64> {
-    let samples = samples.clamp(1, MAX_SAMPLES);
-    let tiles = morton_tiles(width, height);
-    let pixel = y as usize * width as usize + x as usize;
-    let mut before = 0;
-    for band in tiles.chunks(TILES_PER_BAND) {
-        let mut in_band = 0;
-        let mut found = None;
-        for tile in band {
-            let n_rays = tile.n_rays();
-            let place = tile.contains(x, y).then(|| (0..n_rays).find(|i| tile.pixel(*i, width) == pixel));
-            found = found.or(place.flatten().map(|i| (in_band + i) as u64));
-            in_band += n_rays;
-        }
-        if let Some(place) = found {
-            return (0..u64::from(samples)).map(|s| before + s * in_band as u64 + place).collect();
-        }
-        before += u64::from(samples) * in_band as u64;
-    }
-    Vec::new()
+        direct: shader.direct(),
+        missed_share: shader.missed_share(),
+        ..rendering
+    })
 }
 
 /// The shader that a method wants.
@@ -218,47 +246,19 @@ fn shader_of<'a>(
     scene: &'a Scene,
     mesh: &'a Mesh,
     solution: &Solution,
-    offset_m: f64,
+    caster: &mut dyn RayCaster,
     options: &RenderOptions,
-) -> TwoPass<'a> {
-    let field = |part: &dyn Fn(&SplitIrradiance) -> Rgb| {
-        let vertex: Vec<Rgb> = solution.vertex_irradiance.iter().map(part).collect();
-        let element: Vec<Rgb> = solution.element_irradiance.iter().map(part).collect();
-        Stored::Field(Reconstruction::new(mesh, options.reconstruction(), &vertex, &element))
-    };
-    let sampled = || Some(DirectLight::new(scene, mesh, offset_m));
-    let (stored, direct) = match options.method {
-        RenderMethod::TwoPass => (field(&|e| e.indirect), sampled()),
-        RenderMethod::FullRadiosity => (field(&|e| e.total()), None),
-        RenderMethod::Whitted => (Stored::Ambient(ambient::of_emission(scene, mesh)), sampled()),
-    };
-    TwoPass {
-        surfaces: Surfaces { scene, mesh, offset_m },
-        stored,
-        direct,
-        shadow_strata: options.shadow_strata,
-        max_depth: options.max_depth,
-        seed: options.seed,
-        irradiance: options.irradiance,
-    }
-}
-
-/// The bundles of one sample of a band of tiles, and their rays.
-fn camera_wave(
-    view: &View,
-    band: &[Tile],
-    sample: u32,
-    samples: u32,
-    width: u32,
-) -> (Vec<RayBundle>, Vec<CameraRay>) {
-    let bundles: Vec<RayBundle> = band.iter().map(|tile| view.bundle(tile, sample, samples)).collect();
-    let mut rays = Vec::with_capacity(band.len() * 64);
-    for (tile, bundle) in band.iter().zip(&bundles) {
-        for i in 0..bundle.n_rays() {
-            rays.push(CameraRay { ray: bundle.ray(i), pixel: tile.pixel(i, width), sample });
+) -> Result<Box<dyn Shader + 'a>, CastError> {
+    let split = match options.method {
+        RenderMethod::Path => {
+            let tracer = PathTracer::new(scene, mesh, caster.surface_offset_m(), options.path());
+            return Ok(Box::new(tracer.with_irradiance(options.irradiance)));
         }
-    }
-    (bundles, rays)
+        RenderMethod::TwoPass => Split::Selected,
+        RenderMethod::FullRadiosity => Split::AllStored,
+        RenderMethod::Whitted => Split::Ambient,
+    };
+    Ok(Box::new(TwoPass::new(scene, mesh, solution, caster, options, split)?))
 }
 
 #[cfg(test)]

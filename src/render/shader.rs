@@ -6,6 +6,7 @@
 //! Contract: `seen[i]` belongs to `rays[i]`; it depends on the ray, its pixel, sample and seed alone, never on which other
 //! rays are in the wave, on the number of threads or on earlier waves.
 
+use super::DirectCounts;
 use crate::geom::Ray;
 use crate::raycast::{CastError, RayCaster, RayHit};
 use crate::sampling::mix;
@@ -35,6 +36,8 @@ pub(super) struct Seen {
     pub radiance: Radiance,
     /// Irradiance on the surface that it meets first, where that was asked for and there is one (W/m^2).
     pub irradiance: Option<Rgb>,
+    /// Sources that are sampled there, each by its weight.
+    pub sampled_sources: f64,
     /// The surface that it meets first emits.
     pub emits: bool,
     /// It meets the black back of a one-sided surface first.
@@ -55,4 +58,19 @@ pub(super) trait Shader {
         rays: &[CameraRay],
         hits: Vec<Option<RayHit>>,
     ) -> Result<Vec<Seen>, CastError>;
+
+    /// Vertices whose derivatives the limiter of the reconstruction made smaller.
+    fn limited_vertices(&self) -> usize {
+        0
+    }
+
+    /// What direct light took so far, where it is sampled.
+    fn direct(&self) -> Option<DirectCounts> {
+        None
+    }
+
+    /// Share of the light seen so far that came by paths that the two-pass method does not model, where that is known.
+    fn missed_share(&self) -> Option<f64> {
+        None
+    }
 }

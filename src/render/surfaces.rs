@@ -10,18 +10,19 @@
 
 use glam::DVec3;
 
-use super::optics::{fresnel, reflect, refract, slab_transmittance};
 use super::shader::CameraRay;
 use crate::direct::ShadePoint;
 use crate::geom::Ray;
+use crate::geom::optics::{fresnel, reflect, refract, slab_transmittance};
 use crate::mesh::{Mesh, Patch, SurfacePoint};
+use crate::raycast::transmit::is_pane;
 use crate::raycast::{Facing, RayHit};
 use crate::sampling::mix;
 use crate::scene::{Material, Scene, Shape, Surface, SurfaceId};
 use crate::units::Rgb;
 
-/// Paths that carry less than this of the pixel's radiance end.
-const MIN_WEIGHT: f64 = 1e-3;
+/// Paths of recursion that carry less than this of the pixel's radiance end.
+pub(super) const MIN_WEIGHT: f64 = 1e-3;
 
 /// A ray on its way and whose it is.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +53,8 @@ pub(super) struct Outcome {
     pub diffuse: Option<Diffuse>,
     /// The reflected and the transmitted ray.
     pub children: [Option<Path>; 2],
+    /// It is thin glass: the transmitted ray goes straight on.
+    pub is_pane: bool,
     /// The black back of a one-sided surface was seen.
     pub back: Option<SurfaceId>,
 }
@@ -63,6 +66,8 @@ pub(super) struct Surfaces<'a> {
     pub mesh: &'a Mesh,
     /// The caster's surface offset.
     pub offset_m: f64,
+    /// Paths that carry less than this end.
+    pub min_weight: f64,
 }
 
 impl Path {
@@ -70,15 +75,8 @@ impl Path {
         Path { ray: of.ray, camera_ray, weight: Rgb::WHITE, key: of.key() }
     }
 
-    fn child(&self, origin: DVec3, dir: DVec3, share: Rgb, branch: u64) -> Option<Path> {
-        let weight = self.weight * share;
-        let ray = Ray::unbounded(origin, dir);
-        (weight.max_channel() >= MIN_WEIGHT).then_some(Path {
-            ray,
-            weight,
-            key: mix(self.key ^ branch),
-            ..*self
-        })
+    fn child(&self, ray: Ray, share: Rgb, branch: u64) -> Path {
+        Path { ray, weight: self.weight * share, key: mix(self.key ^ branch), ..*self }
     }
 }
 
@@ -115,7 +113,9 @@ impl Surfaces<'_> {
         let shading = self.shading_normal(surface, patch, at, turn, path.ray.dir);
         let meeting = Meeting { surface, material, position, geometric, shading, facing: hit.facing };
 
-        let mut outcome = Outcome { children: self.specular(path, &meeting), ..Outcome::default() };
+        let children = self.specular(path, &meeting).map(|child| child.filter(|c| self.carries(c.weight)));
+        let is_pane = is_pane(self.scene, surface);
+        let mut outcome = Outcome { children, is_pane, ..Outcome::default() };
         if seen.is_some() {
             outcome.exitance = surface.exitance;
             if always || !material.reflectance.is_black() {
@@ -125,6 +125,10 @@ impl Surfaces<'_> {
             }
         }
         outcome
+    }
+
+    fn carries(&self, weight: Rgb) -> bool {
+        !weight.is_black() && weight.max_channel() >= self.min_weight
     }
 
     /// The vertices' normal on curved and smoothly joined surfaces, where it looks at the viewer; else the patch's.
@@ -172,17 +176,20 @@ impl Surfaces<'_> {
             let r = fresnel(cos, eta);
             (r, refract(d, m.shading, eta).map(|dir| (1.0 - r, dir)))
         } else {
-            let t = slab_transmittance(cos, *ior);
+            // Of the plane pane, as shadow rays take it.
+            let t = slab_transmittance(-d.dot(m.geometric), *ior);
             (1.0 - t, Some((t, d)))
         };
         let mirrored = reflect(d, m.shading);
         // A curved mirror's facet may be in the way of the smooth direction; the facet's own never is.
         let mirrored = if mirrored.dot(m.geometric) > 0.0 { mirrored } else { reflect(d, m.geometric) };
-        let through = through.and_then(|(share, dir)| {
+        let through = through.map(|(share, dir)| {
             // Likewise: what goes through leaves on the other side.
             let dir = if dir.dot(m.geometric) < 0.0 { dir } else { d };
-            path.child(below, dir, *transmission * share, 2)
+            path.child(Ray::unbounded(below, dir), *transmission * share, 2)
         });
-        [path.child(above, mirrored, *specular + *transmission * reflectance, 1), through]
+        let mirrored =
+            path.child(Ray::unbounded(above, mirrored), *specular + *transmission * reflectance, 1);
+        [Some(mirrored), through]
     }
 }

@@ -8,6 +8,7 @@ use super::*;
 use crate::radiosity::SplitIrradiance;
 use crate::raycast::software::SoftwareCaster;
 use crate::scene::{Material, MaterialId, Meshing, Shape, Surface};
+use crate::units::Rgb;
 
 fn material(reflectance: f64, specular: f64, transmission: f64, ior: f64) -> Material {
     Material {
@@ -91,7 +92,7 @@ fn small() -> RenderOptions {
     RenderOptions {
         width: 20,
         height: 13,
-        shadow_strata: 2,
+        direct: DirectOptions::full(2),
         reconstruct: Method::Bilinear,
         ..Default::default()
     }

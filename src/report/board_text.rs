@@ -14,10 +14,8 @@ use super::BoardReport;
 use super::bounds::Resource;
 use super::groups::{Group, kind, short};
 use super::si::{bytes, count, percent, share, si};
-use super::terminal::{line, purpose_name};
+use super::terminal::{line, purpose_name, wrapped};
 
-/// Longest line (characters).
-const WIDTH: usize = 100;
 /// Queues that are named.
 const LINKS: usize = 3;
 /// Kinds of energy that are named.
@@ -97,45 +95,41 @@ pub(super) fn board_lines(out: &mut String, b: &BoardReport) {
     purpose_lines(out, b);
 }
 
-/// A row for each purpose that rays were cast for: what it asked for and took, and how full its bundles were.
+/// A row for each purpose that rays were cast for: what it asked for and took, its bytes on the bus (down, up), and how full
+/// its bundles were; rays that came one by one make none.
 fn purpose_lines(out: &mut String, b: &BoardReport) {
     if b.by_purpose.is_empty() {
         return;
     }
     let plain = |n: u64| count(n, "").trim_end().to_owned();
-    let row = |cells: [&str; 8]| {
-        let [name, bundles, rays, tests, cycles, time, mean, full] = cells;
-        format!("{name:<12} {bundles:>7} {rays:>7} {tests:>7} {cycles:>7} {time:>8}  {mean:>12} {full:>7}")
+    let row = |cells: [&str; 10]| {
+        let [name, bundles, rays, tests, cycles, time, down, up, mean, full] = cells;
+        format!(
+            "{name:<12} {bundles:>7} {rays:>7} {tests:>7} {cycles:>7} {time:>8} {down:>8} {up:>8} {mean:>8} {full:>6}"
+        )
     };
-    let head = ["", "bundles", "rays", "tests", "cycles", "at clock", "rays/bundle", "full"];
+    let head = ["", "bundles", "rays", "tests", "cycles", "at clock", "down", "up", "a bundle", "full"];
     line(out, "  purpose", row(head));
     for p in &b.by_purpose {
         let c = &p.counts;
         let occupancy = &c.bundle_occupancy;
         let (mean, full) = match occupancy.counted.units {
-            0 => ("no bundles".to_owned(), String::new()),
-            _ => (format!("{:.1} of 64", occupancy.mean_rays), percent(occupancy.full_share)),
+            0 => ("explicit".to_owned(), String::new()),
+            _ => (format!("{:.1}", occupancy.mean_rays), percent(occupancy.full_share)),
         };
-        let cells =
-            [plain(c.bundles), plain(c.rays), plain(c.tests), plain(c.cycles), si(c.seconds_at_clock, "s")];
-        let [bundles, rays, tests, cycles, time] = cells.each_ref().map(String::as_str);
-        line(out, "", row([purpose_name(p.purpose), bundles, rays, tests, cycles, time, &mean, &full]));
+        let cells = [
+            plain(c.bundles),
+            plain(c.rays),
+            plain(c.tests),
+            plain(c.cycles),
+            si(c.seconds_at_clock, "s"),
+            bytes(c.bus_down_bytes),
+            bytes(c.bus_up_bytes),
+        ];
+        let [bundles, rays, tests, cycles, time, down, up] = cells.each_ref().map(String::as_str);
+        let name = purpose_name(p.purpose);
+        line(out, "", row([name, bundles, rays, tests, cycles, time, down, up, &mean, &full]));
     }
-}
-
-/// Writes items behind a label, on as many lines as they need.
-fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
-    let (mut text, mut label) = (String::new(), label);
-    for (i, item) in items.iter().enumerate() {
-        let end = if i + 1 == items.len() { "" } else { separator };
-        if !text.is_empty() && text.len() + item.len() + end.trim_end().len() > WIDTH - 11 {
-            line(out, label, text.trim_end());
-            (text, label) = (String::new(), "");
-        }
-        text.push_str(item);
-        text.push_str(end);
-    }
-    line(out, label, text);
 }
 
 /// Bytes brought into each level and the share of look-ups that hit; what masks write back shows at the DRAM.
@@ -293,6 +287,7 @@ pub(super) fn all_blocks_table(out: &mut String, b: &BoardReport) {
 mod tests {
     use super::*;
     use crate::raycast::Purpose;
+    use crate::report::terminal::WIDTH;
     use rtl_model::functional::{CanonicalCounters, LowResolutionWork};
     use rtl_model::sim::BlockAccount;
     use rtl_model::spec::BoardSpec;

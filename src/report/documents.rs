@@ -12,7 +12,7 @@ use glam::DVec3;
 use rtl_model::fixed::Formats;
 use serde::Serialize;
 
-use super::{BoardReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
+use super::{BoardReport, KindReport, ObservedReport, RecordedReport, ScaledPicture, Timings};
 use crate::image::{Difference, MachBands, ResolvedExposure};
 use crate::mesh::Mesh;
 use crate::radiosity::refine::RefineReport;
@@ -21,7 +21,8 @@ use crate::radiosity::{
     EarlierWork, EnergyAccount, ErrorEstimate, ReciprocityError, RowSumError, Solution, SolveOptions,
 };
 use crate::raycast::board::WarmUp;
-use crate::render::RenderOptions;
+use crate::render::path::PathOptions;
+use crate::render::{DirectCounts, RenderOptions};
 use crate::scene::Scene;
 use crate::units::{Irradiance, Rgb};
 use crate::vectors::{Check, Vectors};
@@ -182,15 +183,33 @@ pub struct RenderReport {
     pub mean_luminance_cd_m2: f64,
     /// Camera rays.
     pub n_camera_rays: u64,
+    /// Which sources were stored and sampled, and what shadow rays that took.
+    pub direct: Option<DirectCounts>,
+    /// The same a pixel shown, mean.
+    pub mean_rays_per_pixel: f64,
+    /// Pixels that the filter's lobes made negative and that were made 0.
+    pub negative_pixels: u64,
+    /// What was done of the picture, when it was stopped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub partial: Option<PartialReport>,
+    /// What `--quality` meant, when it was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quality: Option<QualityReport>,
+    /// Rays by what they were cast for.
+    pub rays_by_kind: Vec<KindReport>,
     /// Vertices whose derivatives the limiter of the reconstruction made smaller; 0 for methods without one.
     pub limited_vertices: usize,
     /// Pixels in which reconstructed light came out negative somewhere and was made 0.
     pub clamped_pixels: u64,
     /// Camera rays that first met a back, for each surface with any.
     pub back_hits: Vec<BackHits>,
-    /// Pass 1.
+    /// Of `path`: share of the light that came by paths that the two-pass method does not model; in the picture with full
+    /// transport, dropped with that of two-pass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_not_two_pass: Option<f64>,
+    /// Pass 1, where the method needs one.
     #[serde(flatten)]
-    pub pass_1: PassOneReport,
+    pub pass_1: Option<PassOneReport>,
     /// The board's work, when a board was emulated.
     pub board: Option<BoardReport>,
     /// Wall times.
@@ -202,6 +221,30 @@ pub struct RenderReport {
 impl RenderReport {
     /// Its schema.
     pub const SCHEMA: &'static str = "radeng/render/1";
+}
+
+/// A picture that was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PartialReport {
+    /// Share of pass 2 that was done.
+    pub done: f64,
+    /// Pixels without a ray: black.
+    pub unrendered_pixels: u64,
+}
+
+/// What one knob meant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct QualityReport {
+    /// `draft`, `normal` or `high`.
+    pub name: &'static str,
+    /// Wanted elements; none where the scene's file or a solution's says.
+    pub elements: Option<u32>,
+    /// Camera rays of every pixel.
+    pub samples: u32,
+    /// Most camera rays of a pixel.
+    pub max_samples: u32,
+    /// Shadow rays: n x n strata.
+    pub shadow_strata: u32,
 }
 
 /// `solve --report`.
@@ -216,6 +259,8 @@ pub struct SolveReport {
     /// Pass 1.
     #[serde(flatten)]
     pub pass_1: PassOneReport,
+    /// Rays by what they were cast for.
+    pub rays_by_kind: Vec<KindReport>,
     /// The board's work, when a board was emulated.
     pub board: Option<BoardReport>,
     /// Wall times.
@@ -345,12 +390,26 @@ pub struct ProbedPoint {
     pub irradiance_w_m2: Rgb,
     /// Illuminance (lx).
     pub illuminance_lx: f64,
+    /// Standard error of the irradiance (W/m^2), where it was found by chance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_error_w_m2: Option<Rgb>,
 }
 
 impl ProbedPoint {
     /// A point with its irradiance.
     pub fn new(at: DVec3, normal: DVec3, irradiance: Irradiance) -> ProbedPoint {
-        ProbedPoint { at, normal, irradiance_w_m2: irradiance.0, illuminance_lx: irradiance.illuminance_lx() }
+        ProbedPoint {
+            at,
+            normal,
+            irradiance_w_m2: irradiance.0,
+            illuminance_lx: irradiance.illuminance_lx(),
+            standard_error_w_m2: None,
+        }
+    }
+
+    /// The same, found by chance.
+    pub fn with_standard_error(self, error: Option<Rgb>) -> ProbedPoint {
+        ProbedPoint { standard_error_w_m2: error, ..self }
     }
 }
 
@@ -365,6 +424,9 @@ pub struct ProbeReport {
     pub caster: &'static str,
     /// True when the values are those stored on the mesh, not integrated at the points.
     pub interpolated: bool,
+    /// How paths were traced, when the points were probed by path tracing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_paths: Option<PathOptions>,
     /// The points in the order in which they were asked for.
     pub points: Vec<ProbedPoint>,
     /// Wall times.

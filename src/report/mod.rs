@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! frame outcome --documents.rs--> RenderReport, SolveReport... --to_json--> "schema": "radeng/<name>/1"
+//! Meter         --kinds.rs------> rays by kind, share of ray casting with Amdahl's bound
 //!               --board.rs------> BoardReport (totals, bounds.rs, energy.rs, stall tables, queues, by purpose)
 //! two reports   --compare_runs.rs--> RunComparison
 //!               --observed.rs---> ObservedReport (lives of rays, roots of stalls, work over time) --observed_text.rs--> lines
@@ -20,6 +21,7 @@ pub mod documents;
 pub mod energy;
 pub mod grid;
 pub mod groups;
+pub mod kinds;
 pub mod observed;
 pub mod observed_text;
 pub mod recorded;
@@ -34,10 +36,11 @@ pub mod verify_text;
 pub use board::BoardReport;
 pub use compare_runs::{RunComparison, RunReport};
 pub use documents::{
-    BackHits, CompareReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint, RenderReport, SceneFacts,
-    SimulateReport, SolveReport, VectorsReport, WarmUpReport,
+    BackHits, CompareReport, PartialReport, PassOneReport, PictureFact, ProbeReport, ProbedPoint,
+    QualityReport, RenderReport, SceneFacts, SimulateReport, SolveReport, VectorsReport, WarmUpReport,
 };
 pub use grid::{GridReport, ScaledPicture};
+pub use kinds::{KindReport, RayCastingTime};
 pub use observed::{ObservedReport, TraceReport};
 pub use recorded::RecordedReport;
 pub use verify::{Findings, SweepReport, SweepRow, VerifyReport};
@@ -62,6 +65,9 @@ pub struct Timings {
     pub phases: Vec<Phase>,
     /// Their sum (s).
     pub total_seconds: f64,
+    /// Of it, what was spent in the caster, where that was clocked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ray_casting: Option<RayCastingTime>,
 }
 
 impl Timings {

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 use super::board_text::{all_blocks_table, block_kinds_table, board_lines};
 use super::grid::picture_text;
+use super::kinds;
 use super::si::{count, percent, share, si, significant};
 use super::{
     CompareReport, PassOneReport, ProbedPoint, RenderReport, SceneFacts, SimulateReport, SolveReport, Timings,
@@ -16,35 +17,65 @@ use super::{
 use crate::radiosity::summary::IlluminanceRange;
 use crate::raycast::Purpose;
 use crate::reconstruct::{Method, ReconstructOptions};
+use crate::render::{Filter, Region, RenderMethod, RenderOptions, Transport};
+use crate::units::Rgb;
 
 /// Width of the label column.
 const LABEL: usize = 11;
+
+/// Longest line (characters).
+pub(super) const WIDTH: usize = 100;
 
 pub(super) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{label:<LABEL$}{text}");
 }
 
+/// Writes items behind a label, on as many lines as they need.
+pub(super) fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
+    let (mut text, mut label) = (String::new(), label);
+    for (i, item) in items.iter().enumerate() {
+        let end = if i + 1 == items.len() { "" } else { separator };
+        if !text.is_empty() && text.len() + item.len() + end.trim_end().len() > WIDTH - LABEL {
+            line(out, label, text.trim_end());
+            (text, label) = (String::new(), "");
+        }
+        text.push_str(item);
+        text.push_str(end);
+    }
+    line(out, label, text);
+}
+
 /// What `render` ends with.
 pub fn render_summary(r: &RenderReport) -> String {
     let mut out = String::new();
     scene_line(&mut out, &r.scene);
-    pass_1_lines(&mut out, &r.pass_1);
-    surfaces_table(&mut out, &r.pass_1);
+    if let Some(pass_1) = &r.pass_1 {
+        pass_1_lines(&mut out, pass_1);
+        surfaces_table(&mut out, pass_1);
+    }
     let o = &r.options;
+    let rays = samples_text(r);
+    let how = method_text(o);
     line(
         &mut out,
         "pass 2",
-        format_args!(
-            "{} x {} pixels, {} per pixel, {n} x {n} shadow strata, {} reconstruction, {} caster",
-            o.width,
-            o.height,
-            count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
-            o.reconstruct.name(),
-            r.caster,
-            n = o.shadow_strata,
-        ),
+        format_args!("{} x {} pixels, {rays} per pixel, {how}, {} caster", o.width, o.height, r.caster),
     );
+    if let Some(missed) = r.share_not_two_pass {
+        let what = match o.transport {
+            Transport::Full => "in the picture",
+            Transport::TwoPass => "dropped",
+        };
+        let missed = percent(missed);
+        line(
+            &mut out,
+            "",
+            format_args!("{missed} of the light came by paths that two-pass does not model: {what}"),
+        );
+    }
+    film_line(&mut out, r);
+    direct_lines(&mut out, r);
     reconstruction_line(&mut out, r);
     if let Some(ambient) = r.ambient_w_m2 {
         let e = si(ambient.sum() / 3.0, "W/m^2");
@@ -54,9 +85,12 @@ pub fn render_summary(r: &RenderReport) -> String {
             format_args!("{e} (mean of r, g, b) added to the stored light, in no account"),
         );
     }
-    if let Some(board) = &r.board {
-        board_lines(&mut out, board);
-        block_kinds_table(&mut out, board);
+    match &r.board {
+        Some(board) => {
+            board_lines(&mut out, board);
+            block_kinds_table(&mut out, board);
+        }
+        None => kinds::kind_lines(&mut out, &r.rays_by_kind),
     }
     for (i, picture) in r.pictures.iter().enumerate() {
         let how = match picture.exposure {
@@ -78,8 +112,106 @@ pub fn render_summary(r: &RenderReport) -> String {
     out
 }
 
+/// Which sources were sampled, and what shadow rays that took.
+fn direct_lines(out: &mut String, r: &RenderReport) {
+    let Some(direct) = &r.direct else { return };
+    if let Some(s) = direct.selection.filter(|s| s.sources > 0) {
+        let stored = s.stored_hidden + s.stored_smooth + s.stored_weak;
+        let pairs = (s.sampled + stored).max(1) as f64;
+        line(
+            out,
+            "sources",
+            format_args!(
+                "{} of {} sampled somewhere; by patch {} sampled, stored {} hidden, {} smooth, {} weak; {} chose them",
+                s.sampled_sources,
+                s.sources,
+                percent(s.sampled as f64 / pairs),
+                percent(s.stored_hidden as f64 / pairs),
+                percent(s.stored_smooth as f64 / pairs),
+                percent(s.stored_weak as f64 / pairs),
+                si(s.shadow.rays as f64, "rays"),
+            ),
+        );
+    }
+    let shadow = direct.shadow;
+    let per_pair = shadow.rays as f64 / shadow.pairs.max(1) as f64;
+    line(
+        out,
+        "shadows",
+        format_args!(
+            "{} for {} of a point and a source, {per_pair:.2} each; {} more were known to be blocked ({})",
+            si(shadow.rays as f64, "rays"),
+            si(shadow.pairs as f64, "pairs"),
+            si(shadow.known_blocked as f64, "rays"),
+            si(shadow.occluder_tests as f64, "tests by the host"),
+        ),
+    );
+}
+
+/// How pass 2 finds light.
+fn method_text(o: &RenderOptions) -> String {
+    let reconstruction = format!("{} reconstruction", o.reconstruct.name());
+    match o.method {
+        RenderMethod::TwoPass => format!("two-pass, {reconstruction}"),
+        RenderMethod::FullRadiosity => format!("full-radiosity, {reconstruction}"),
+        RenderMethod::Whitted => "whitted, constant ambient light".to_owned(),
+        RenderMethod::Path => {
+            let paths = count(u64::from(o.paths), if o.paths == 1 { "path" } else { "paths" });
+            format!("path tracing, {paths} per ray, {} transport", o.transport.name())
+        }
+    }
+}
+
+/// Camera rays a pixel.
+fn samples_text(r: &RenderReport) -> String {
+    let o = &r.options;
+    match o.adaptive {
+        Some(a) if a.max > o.samples => {
+            format!("{} to {} rays ({:.2})", o.samples, a.max, r.mean_rays_per_pixel)
+        }
+        _ => count(u64::from(o.samples), if o.samples == 1 { "ray" } else { "rays" }),
+    }
+}
+
+/// Region, filter, quality and interruption, where there is anything to tell.
+fn film_line(out: &mut String, r: &RenderReport) {
+    let o = &r.options;
+    let mut told = Vec::new();
+    if let Some(q) = &r.quality {
+        let elements =
+            q.elements.map_or("the scene's elements".to_owned(), |n| count(n.into(), "elements wanted"));
+        let rays = match q.max_samples == q.samples {
+            true => count(q.samples.into(), "camera rays a pixel"),
+            false => format!("{} to {} camera rays a pixel", q.samples, q.max_samples),
+        };
+        told.push(format!(
+            "{} quality: {elements}, {rays}, {n} x {n} shadow strata",
+            q.name,
+            n = q.shadow_strata
+        ));
+    }
+    if let Some(region) = o.region {
+        let Region { x, y, width, height } = region;
+        told.push(format!("region of {width} x {height} at {x}, {y}"));
+    }
+    if o.filter != Filter::Box {
+        let n = count(r.negative_pixels, "pixels");
+        let negative = if r.negative_pixels > 0 { format!(", {n} negative made 0") } else { String::new() };
+        told.push(format!("{} filter{negative}", o.filter.name()));
+    }
+    if let Some(p) = &r.partial {
+        told.push(format!("stopped with {} done", percent(p.done)));
+    }
+    if !told.is_empty() {
+        wrapped(out, "", &told, "; ");
+    }
+}
+
 /// What the reconstruction had to mend, and rules that are not the usual ones; nothing where there is nothing to tell.
 fn reconstruction_line(out: &mut String, r: &RenderReport) {
+    if !r.options.method.needs_pass_1() {
+        return;
+    }
     let (o, usual) = (r.options.reconstruction(), ReconstructOptions::default());
     let mut told = Vec::new();
     if !matches!(o.method, Method::Constant | Method::Bilinear) {
@@ -109,9 +241,12 @@ pub fn solve_summary(r: &SolveReport) -> String {
     scene_line(&mut out, &r.scene);
     pass_1_lines(&mut out, &r.pass_1);
     surfaces_table(&mut out, &r.pass_1);
-    if let Some(board) = &r.board {
-        board_lines(&mut out, board);
-        block_kinds_table(&mut out, board);
+    match &r.board {
+        Some(board) => {
+            board_lines(&mut out, board);
+            block_kinds_table(&mut out, board);
+        }
+        None => kinds::kind_lines(&mut out, &r.rays_by_kind),
     }
     time_line(&mut out, &r.timings);
     out
@@ -151,17 +286,23 @@ pub fn simulate_summary(r: &SimulateReport, all_blocks: bool) -> String {
 
 /// The table of `probe`.
 pub fn probe_table(points: &[ProbedPoint]) -> String {
+    let by_chance = points.iter().any(|p| p.standard_error_w_m2.is_some());
     let mut out =
-        format!("{:>28}  {:>22}  {:>33}  {:>12}\n", "at (m)", "normal", "irradiance r g b (W/m^2)", "lux");
+        format!("{:>28}  {:>22}  {:>33}  {:>12}", "at (m)", "normal", "irradiance r g b (W/m^2)", "lux");
+    out.push_str(if by_chance { "  +- standard error r g b (W/m^2)\n" } else { "\n" });
     for p in points {
         let [r, g, b] = p.irradiance_w_m2.0;
-        let _ = writeln!(
+        let _ = write!(
             out,
             "{:>28}  {:>22}  {r:>11.5e}{g:>11.4e}{b:>11.4e}  {:>12.4}",
             format!("{:.4} {:.4} {:.4}", p.at.x, p.at.y, p.at.z),
             format!("{:.3} {:.3} {:.3}", p.normal.x, p.normal.y, p.normal.z),
             p.illuminance_lx
         );
+        if let Some(Rgb([r, g, b])) = p.standard_error_w_m2 {
+            let _ = write!(out, "  {r:>11.1e}{g:>10.1e}{b:>10.1e}");
+        }
+        out.push('\n');
     }
     out
 }
@@ -424,7 +565,7 @@ fn surfaces_table(out: &mut String, r: &PassOneReport) {
 }
 
 /// Longest line of phases behind its label (characters).
-const TIME_LINE: usize = 100 - LABEL;
+const TIME_LINE: usize = WIDTH - LABEL;
 
 pub(super) fn time_line(out: &mut String, t: &Timings) {
     let mut text = format!("{} (", si(t.total_seconds, "s"));
@@ -439,6 +580,9 @@ pub(super) fn time_line(out: &mut String, t: &Timings) {
         text.push_str(&item);
     }
     line(out, label, text);
+    if let Some(casting) = &t.ray_casting {
+        kinds::time_line(out, casting);
+    }
 }
 
 /// A purpose as people read it.
@@ -446,8 +590,10 @@ pub fn purpose_name(purpose: Purpose) -> &'static str {
     match purpose {
         Purpose::Primary => "primary",
         Purpose::FormFactor => "form factors",
+        Purpose::Selection => "selection",
         Purpose::Shadow => "shadow",
         Purpose::Specular => "specular",
         Purpose::Probe => "probe",
+        Purpose::Bounce => "bounce",
     }
 }

@@ -3,6 +3,8 @@
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
 
+use super::direct::DirectArgs;
+use super::film::{SamplesArg, samples};
 use super::keep::CheckpointArgs;
 use crate::scene::MAX_ELEMENTS;
 
@@ -101,12 +103,12 @@ pub struct PictureArgs {
     /// Rows (pixels)
     #[arg(long, value_name = "PIXELS", default_value_t = 256, allow_negative_numbers = true, value_parser = whole(MAX_SIDE))]
     pub height: u32,
-    /// Camera rays per pixel, 1 to 16
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(16))]
-    pub samples: u32,
-    /// Shadow rays per point and light surface: N x N, 1 to 8
-    #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = whole(8))]
-    pub shadow_strata: u32,
+    /// Camera rays per pixel, 1 to 16; MIN..MAX (render only): more than MIN where contrast and edges want them
+    #[arg(long, value_name = "N|MIN..MAX", default_value = "1", allow_hyphen_values = true, value_parser = samples)]
+    pub samples: SamplesArg,
+    /// Its direct light.
+    #[command(flatten)]
+    pub direct: DirectArgs,
 }
 
 /// A whole number from 1 to `max`.

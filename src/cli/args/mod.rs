@@ -3,9 +3,12 @@
 use clap::{Parser, Subcommand};
 
 mod common;
+mod direct;
 mod false_colour;
+mod film;
 mod keep;
 mod make;
+mod path;
 mod probe;
 mod render;
 mod show;
@@ -14,9 +17,11 @@ mod verify;
 
 pub use common::{CastArgs, CasterArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs, SwitchArg};
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
+pub use film::{FilmArgs, FilterArg, QualityArg, SamplesArg};
 pub use keep::CheckpointArgs;
 pub use make::{ExperimentArgs, GenerateArgs, KindArg};
-pub use probe::ProbeArgs;
+pub use path::{PathArgs, TransportArg};
+pub use probe::{ProbeArgs, ProbeMethodArg};
 pub use render::{GradientsArg, MethodArg, ReconstructArg, RenderArgs, SolveArgs, TwistsArg};
 pub use show::{CompareArgs, InfoArgs};
 pub use simulate::{SimulateArgs, TraceArgs, WorkloadArg};

@@ -2,16 +2,28 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::common::CastArgs;
 use super::false_colour::ScaleArgs;
+use super::path::PathArgs;
+use crate::cli::given::Given;
+
+/// How irradiance is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProbeMethodArg {
+    /// Direct light integrated at the point, indirect gathered from the surfaces that pass 1 solved
+    Solved,
+    /// Path tracing, unbiased, with its standard error; no pass 1
+    Path,
+}
 
 /// `radeng probe`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   radeng probe scenes/lit-cube/scene.toml --at 0.5,0.5,0 --normal 0,0,1
   radeng probe scene.toml --at 1,2,0 --normal 0,0,1 --at 3,2,0 --normal 0,0,1 --json
+  radeng probe scene.toml --at 1,2,0 --normal 0,0,1 --method path --paths 1000000
   radeng probe scene.toml --surface floor --height 0.8 --border 0.5 -o workplane.png
   radeng probe scene.toml --grid corner=1,1,0.75 --edge-u 1.6,0,0 --edge-v 0,0.8,0 --n 8,4 --csv desk.csv
 
@@ -20,6 +32,9 @@ A grid has its points at the centres of n_u x n_v equal cells. Without --n they 
     p = 0.2 x 5^(log10 d) m wide, at most 10 m: the nearest whole number of them along d, square ones along the other side.
 The summary gives E_mean, E_min, E_max (lx) and the uniformities U0 = E_min / E_mean and Ud = E_min / E_max.")]
 pub struct ProbeArgs {
+    /// What was typed: some methods have no use for some flags.
+    #[command(flatten)]
+    pub given: Given,
     /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// A point (m); repeat for more, each with its --normal
@@ -76,6 +91,12 @@ pub struct ProbeArgs {
     /// How rays are cast.
     #[command(flatten)]
     pub cast: CastArgs,
+    /// How irradiance is found
+    #[arg(long, value_enum, value_name = "METHOD", default_value = "solved")]
+    pub method: ProbeMethodArg,
+    /// Path tracing.
+    #[command(flatten)]
+    pub path: PathArgs,
     /// The value that pass 1 stored on the surface there, instead of light integrated at the point
     #[arg(long)]
     pub interpolated: bool,

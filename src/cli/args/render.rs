@@ -6,6 +6,9 @@ use clap::{Args, ValueEnum};
 
 use super::common::{CastArgs, PictureArgs, from_zero};
 use super::false_colour::{FalseColourArg, ScaleArgs, false_colour};
+use super::film::FilmArgs;
+use super::path::PathArgs;
+use crate::cli::given::Given;
 use crate::image::Exposure;
 use crate::image::exposure::ExposureError;
 
@@ -59,6 +62,8 @@ pub enum MethodArg {
     FullRadiosity,
     /// Direct light by shadow rays, a constant ambient term for the rest; no pass 1
     Whitted,
+    /// Path tracing, unbiased; no pass 1
+    Path,
 }
 
 fn exposure(text: &str) -> Result<Exposure, ExposureError> {
@@ -69,15 +74,20 @@ fn exposure(text: &str) -> Result<Exposure, ExposureError> {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   radeng render scenes/cornell-box/scene.toml --caster board
-  radeng render scene.toml --width 512 --height 512 --samples 4 -o view.png -o view.exr
+  radeng render scene.toml --width 512 --height 512 --samples 1..16 -o view.png -o view.exr
+  radeng render scene.toml --quality draft --width 1024 --height 1024 --region 400,300,200,200 -o detail.png
   radeng render scene.toml --solution scene.radsol --exposure 1.5 -o brighter.png
   radeng render scene.toml --false-colour illuminance=lux.png --scale 0,500
   radeng render scene.toml -o view.png --false-colour luminance --scale-kind log
   radeng render scene.toml --solution scene.radsol --reconstruct bilinear -o bands.png
+  radeng render scene.toml --method path --paths 256 -o reference.exr
   radeng render model.glb -o model.png
 
 A model file without a camera gets one that frames it, one without light gets light; both are told.")]
 pub struct RenderArgs {
+    /// What was typed: it wins over --quality, and some methods have no use for some flags.
+    #[command(flatten)]
+    pub given: Given,
     /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
     /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
@@ -90,9 +100,15 @@ pub struct RenderArgs {
     /// The picture.
     #[command(flatten)]
     pub picture: PictureArgs,
+    /// How its rays become pixels.
+    #[command(flatten)]
+    pub film: FilmArgs,
     /// Which light is stored, which is sampled
     #[arg(long, value_enum, value_name = "METHOD", default_value = "two-pass")]
     pub method: MethodArg,
+    /// Path tracing.
+    #[command(flatten)]
+    pub path: PathArgs,
     /// Reconstruction of the stored light between mesh vertices
     #[arg(
         long,

@@ -251,6 +251,9 @@ impl StochasticState {
         state.unshot_exitance.fill(Rgb::BLACK);
         state.account.lost_w += self.stray.lost_w / n;
         state.account.back_w += self.stray.back_w / n;
+        let [fronts_w, backs_w] = self.stray.passed_w;
+        state.account.specular_w -= fronts_w / n;
+        state.account.back_w -= backs_w / n;
         ErrorEstimate {
             relative_rms,
             surfaces: of_surface

@@ -21,6 +21,7 @@ use super::shooting::PatchOptics;
 use super::state::{State, magnitude};
 use super::{SolveError, SolveOptions, SplitIrradiance};
 use crate::mesh::{Locator, Mesh, PatchId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{Purpose, Query, RayBundle, RayCaster};
 use crate::units::Rgb;
 
@@ -216,6 +217,7 @@ pub(super) struct Stochastic<'a> {
     /// Of every patch.
     reflectance: Vec<Rgb>,
     offset_m: f64,
+    panes: Panes,
     locator: Locator,
     /// Of every vertex.
     hats: Vec<Hat>,
@@ -224,11 +226,12 @@ pub(super) struct Stochastic<'a> {
 }
 
 impl<'a> Stochastic<'a> {
-    pub(super) fn new(mesh: &'a Mesh, reflectance: Vec<Rgb>, offset_m: f64) -> Stochastic<'a> {
+    pub(super) fn new(mesh: &'a Mesh, reflectance: Vec<Rgb>, offset_m: f64, panes: Panes) -> Stochastic<'a> {
         Stochastic {
             mesh,
             reflectance,
             offset_m,
+            panes,
             locator: Locator::new(mesh),
             hats: fold::hats(mesh),
             allocation: None,
@@ -262,8 +265,12 @@ impl<'a> Stochastic<'a> {
             let query: Vec<RayBundle> = sources.iter().map(|source| source.bundle.clone()).collect();
             let hits = caster.closest_hits(Purpose::FormFactor, Query::Bundles(&query))?;
             let stray = s.tally.add(self.mesh, &self.locator, &sources, &hits, s.pass_w);
-            s.stray.lost_w += stray.lost_w;
-            s.stray.back_w += stray.back_w;
+            let beyond = self.panes.beyond(caster, Purpose::FormFactor, Query::Bundles(&query), &hits)?;
+            let behind =
+                s.tally.add_beyond(self.mesh, &self.locator, &sources, hits.len(), &beyond, s.pass_w);
+            s.stray.lost_w += stray.lost_w + behind.lost_w;
+            s.stray.back_w += stray.back_w + behind.back_w;
+            s.stray.passed_w = [0, 1].map(|side| s.stray.passed_w[side] + behind.passed_w[side]);
             s.n_round_rays += hits.len() as u64;
             s.n_rays += hits.len() as u64;
             *n_rays += hits.len() as u64;

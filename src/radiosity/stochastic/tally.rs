@@ -16,6 +16,7 @@ use super::super::state::magnitude;
 use super::bundles::Source;
 use crate::mesh::{Corners, Locator, Mesh, SurfacePoint};
 use crate::raycast::RayHit;
+use crate::raycast::transmit::Passed;
 use crate::units::Rgb;
 
 /// Fraction bits of the unit.
@@ -39,6 +40,8 @@ struct Cells([AtomicI64; N_CELLS]);
 pub(super) struct Stray {
     pub lost_w: Rgb,
     pub back_w: Rgb,
+    /// What came through panes, which is counted at the glass, too: by elements, and on backs.
+    pub passed_w: [Rgb; 2],
 }
 
 /// What arrived at one element.
@@ -81,7 +84,53 @@ impl Tally {
         strays.iter().zip(sources).fold(Stray::default(), |sum, ((lost, back), source)| Stray {
             lost_w: sum.lost_w + source.ray_power_w * f64::from(*lost),
             back_w: sum.back_w + source.ray_power_w * f64::from(*back),
+            ..sum
         })
+    }
+
+    /// Adds what the rays of `sources`, `n_rays` in all, brought behind panes.
+    pub(super) fn add_beyond(
+        &self,
+        mesh: &Mesh,
+        locator: &Locator,
+        sources: &[Source],
+        n_rays: usize,
+        beyond: &[Passed],
+        pass_w: f64,
+    ) -> Stray {
+        let per_bundle = (n_rays / sources.len().max(1)).max(1);
+        let unit = 2f64.powi(UNIT_BITS) / pass_w;
+        let mut stray = Stray::default();
+        for p in beyond {
+            let power_w = sources[p.index / per_bundle].ray_power_w * p.share;
+            stray.passed_w[usize::from(p.by_back)] += power_w;
+            match p.hit.map(|hit| (hit.t, mesh.patch_of_hit(hit.patch, hit.facing))) {
+                None => stray.lost_w += power_w,
+                Some((_, None)) => stray.back_w += power_w,
+                Some((t, Some(patch))) => {
+                    let power = power_w.0.map(|w| (w * unit) as i64);
+                    let weight = magnitude(power_w) * unit;
+                    self.deposit(&locator.locate(mesh, patch, p.ray.at(t)), power, weight);
+                }
+            }
+        }
+        stray
+    }
+
+    fn deposit(&self, place: &SurfacePoint, power: [i64; 3], weight: f64) {
+        let (s, t) = (place.st.x, place.st.y);
+        let values = [
+            power[0],
+            power[1],
+            power[2],
+            weight as i64,
+            (weight * s) as i64,
+            (weight * t) as i64,
+            (weight * s * t) as i64,
+        ];
+        for (cell, value) in self.cells[place.element.0 as usize].0.iter().zip(values) {
+            cell.fetch_add(value, Ordering::Relaxed);
+        }
     }
 
     /// How many rays were lost, and how many met backs. `places` is a buffer.
@@ -114,19 +163,7 @@ impl Tally {
             places.push(place);
         });
         for place in places {
-            let (s, t) = (place.st.x, place.st.y);
-            let values = [
-                power[0],
-                power[1],
-                power[2],
-                weight as i64,
-                (weight * s) as i64,
-                (weight * t) as i64,
-                (weight * s * t) as i64,
-            ];
-            for (cell, value) in self.cells[place.element.0 as usize].0.iter().zip(values) {
-                cell.fetch_add(value, Ordering::Relaxed);
-            }
+            self.deposit(place, power, weight);
         }
         (lost, back)
     }

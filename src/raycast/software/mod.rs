@@ -31,6 +31,8 @@ pub struct SoftwareCaster {
     tree: Bvh4,
     /// In the order of the tree's leaves.
     patches: Vec<Patch>,
+    /// Place among them, by id.
+    places: Vec<Option<u32>>,
     bounds: Aabb,
     surface_offset_m: f64,
 }
@@ -49,11 +51,13 @@ impl SoftwareCaster {
         }
         let tree = Bvh4::build(&boxes);
         let ordered = tree.order.iter().map(|&i| ids[i as usize]);
-        let ordered = ordered.map(|id| Patch::new(&patches[id], id as u32)).collect();
+        let ordered: Vec<Patch> = ordered.map(|id| Patch::new(&patches[id], id as u32)).collect();
+        let mut places = vec![None; patches.len()];
+        ordered.iter().enumerate().for_each(|(at, patch)| places[patch.id as usize] = Some(at as u32));
         let bounds =
             boxes.iter().fold(Aabb::EMPTY, |s, b| Aabb { min: s.min.min(b.min), max: s.max.max(b.max) });
         let surface_offset_m = surface_offset_m(&patches, &bounds);
-        SoftwareCaster { tree, patches: ordered, bounds, surface_offset_m }
+        SoftwareCaster { tree, patches: ordered, places, bounds, surface_offset_m }
     }
 
     fn test_ray(&self, ray: &Ray) -> TestRay {
@@ -152,6 +156,21 @@ impl RayCaster for SoftwareCaster {
 
     fn any_hits(&mut self, _: Purpose, query: Query<'_>) -> Result<Vec<bool>, CastError> {
         self.cast_all(query, |stack, ray| self.cast::<true>(stack, ray).is_some())
+    }
+
+    fn blocked_by(&self, _: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
+        let mask = |(bundle, patch): &(&RayBundle, PatchId)| {
+            let Some(place) = self.places.get(patch.0 as usize).copied().flatten() else { return 0 };
+            let patch = &self.patches[place as usize];
+            let (mut mask, mut i) = (0_u64, 0);
+            bundle.for_each_ray(|ray| {
+                let hit = patch.intersect(&self.test_ray(&ray), ray.t_min, ray.t_max);
+                mask |= u64::from(hit.is_some()) << i;
+                i += 1;
+            });
+            mask
+        };
+        tests.par_iter().map(mask).collect()
     }
 
     fn surface_offset_m(&self) -> f64 {

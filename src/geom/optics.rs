@@ -8,12 +8,12 @@
 use glam::DVec3;
 
 /// `d` mirrored at the plane with unit normal `n`.
-pub(super) fn reflect(d: DVec3, n: DVec3) -> DVec3 {
+pub(crate) fn reflect(d: DVec3, n: DVec3) -> DVec3 {
     d - 2.0 * d.dot(n) * n
 }
 
 /// Unit `d` refracted at unit `n` (n . d <= 0) with eta = n1 / n2; `None` under total internal reflection.
-pub(super) fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
+pub(crate) fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
     let cos = -d.dot(n);
     let cos2_out = 1.0 - eta * eta * (1.0 - cos * cos);
     (cos2_out >= 0.0).then(|| eta * d + (eta * cos - cos2_out.sqrt()) * n)
@@ -33,13 +33,13 @@ fn fresnel_polarised(cos: f64, eta: f64) -> [f64; 2] {
 }
 
 /// Reflectance of one interface, mean over the polarisations.
-pub(super) fn fresnel(cos: f64, eta: f64) -> f64 {
+pub(crate) fn fresnel(cos: f64, eta: f64) -> f64 {
     let [s, p] = fresnel_polarised(cos, eta);
     0.5 * (s + p)
 }
 
 /// Transmittance of a clear slab with all inner reflections, mean of (1 - R) / (1 + R) over the polarisations.
-pub(super) fn slab_transmittance(cos: f64, ior: f64) -> f64 {
+pub(crate) fn slab_transmittance(cos: f64, ior: f64) -> f64 {
     0.5 * fresnel_polarised(cos, 1.0 / ior).iter().map(|r| (1.0 - r) / (1.0 + r)).sum::<f64>()
 }
 

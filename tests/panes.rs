@@ -1,0 +1,127 @@
+//! Thin glass in pass 1: light goes through it, and the energy account stays closed.
+//!
+//! ```text
+//! lamp | half of a room | pane | other half, lit through the pane alone
+//! ```
+
+use std::path::Path;
+
+use glam::DVec3;
+use radiosity_engine::mesh::Mesh;
+use radiosity_engine::radiosity::{FormFactorMethod, ProbePoint, Solution, SolveOptions, probe, solve};
+use radiosity_engine::raycast::software::SoftwareCaster;
+use radiosity_engine::render::Transport;
+use radiosity_engine::render::path::{PathOptions, irradiance};
+use radiosity_engine::scene::Scene;
+
+/// Two cubes of 1 m side by side along x, between them a pane or nothing; the lamp is a part of the wall x = 0. `open`: no
+/// wall at x = 2.
+fn rooms(pane: Option<(&str, bool)>, open: bool, light: &str) -> Scene {
+    let quad = |name: &str, material: &str, corners: [[f64; 3]; 4], two_sided: bool| {
+        format!(
+            "[[surface]]\nname = \"{name}\"\nmaterial = \"{material}\"\nquad = {corners:?}\ntwo_sided = {two_sided}\n"
+        )
+    };
+    let mut text = "
+version = 1
+[meshing]
+elements = 1500
+[materials.grey]
+reflectance = 0.5
+[materials.lamp]
+reflectance = 0.0
+emission = 10.0
+"
+    .to_string();
+    if let Some((transmission, two_sided)) = pane {
+        text += &format!("[materials.pane]\nreflectance = 0.0\ntransmission = {transmission}\nior = 1.52\n");
+        text += &quad("pane", "pane", [[1., 0., 0.], [1., 1., 0.], [1., 1., 1.], [1., 0., 1.]], two_sided);
+    }
+    text += &quad("floor", "grey", [[0., 0., 0.], [2., 0., 0.], [2., 1., 0.], [0., 1., 0.]], false);
+    text += &quad("ceiling", "grey", [[0., 0., 1.], [0., 1., 1.], [2., 1., 1.], [2., 0., 1.]], false);
+    text += &quad("front", "grey", [[0., 0., 0.], [0., 0., 1.], [2., 0., 1.], [2., 0., 0.]], false);
+    text += &quad("back", "grey", [[0., 1., 0.], [2., 1., 0.], [2., 1., 1.], [0., 1., 1.]], false);
+    text += &quad("near", "grey", [[0., 0., 0.], [0., 1., 0.], [0., 1., 1.], [0., 0., 1.]], false);
+    if light.is_empty() {
+        text += &quad(
+            "lamp",
+            "lamp",
+            [[1e-3, 0.3, 0.3], [1e-3, 0.7, 0.3], [1e-3, 0.7, 0.7], [1e-3, 0.3, 0.7]],
+            false,
+        );
+    }
+    if !open {
+        text += &quad("far", "grey", [[2., 0., 0.], [2., 0., 1.], [2., 1., 1.], [2., 1., 0.]], false);
+    }
+    Scene::parse(&(text + light), Path::new("rooms.toml")).unwrap()
+}
+
+const POINT_LIGHT: &str = "[[light]]\nkind = \"point\"\nposition = [0.3, 0.5, 0.6]\nintensity = 1.0\n";
+
+fn solved(scene: &Scene, options: &SolveOptions) -> (Mesh, Solution, SoftwareCaster) {
+    let mesh = Mesh::build(scene);
+    let mut caster = SoftwareCaster::new(mesh.cast_patches());
+    let solution = solve(scene, &mesh, &mut caster, options, &mut |_| {}).unwrap();
+    (mesh, solution, caster)
+}
+
+#[test]
+fn account_of_rooms_with_a_pane_between_closes_however_power_is_shot() {
+    let hemisphere = SolveOptions { form_factors: FormFactorMethod::Hemisphere, ..SolveOptions::default() };
+    let cases = ["", POINT_LIGHT].into_iter().flat_map(|light| {
+        let of_light = [SolveOptions::default(), hemisphere].into_iter().flat_map(move |options| {
+            [(true, false), (true, true), (false, false)].map(|(two_sided, open)| (options, two_sided, open))
+        });
+        of_light.map(move |(options, two_sided, open)| (light, options, two_sided, open))
+    });
+    for (light, options, two_sided, open) in cases {
+        let (_, solution, _) = solved(&rooms(Some(("0.9", two_sided)), open, light), &options);
+        let a = solution.account;
+        let share = |w: radiosity_engine::units::Rgb| w.0[1] / a.emitted_w.0[1];
+        let case = format!("{light} {two_sided} {open} {:?}: {a:?}", options.form_factors);
+        // What the pane reflects and takes is left on it, where it has no elements on its back.
+        let (on_elements, on_backs) = (share(a.specular_w), share(a.back_w));
+        assert!((0.01..0.3).contains(&(on_elements + on_backs)) && on_elements > 0.0, "{case}");
+        assert_eq!(on_backs > 0.005, !two_sided, "{case}");
+        assert_eq!(share(a.lost_w) > 0.01, open, "{case}");
+        assert!(share(a.residual_w).abs() < 0.01, "{case}");
+        if options.form_factors == FormFactorMethod::Vertex {
+            assert!(solution.row_sum_error.mean < 0.03, "{:?}", solution.row_sum_error);
+        }
+    }
+}
+
+#[test]
+fn irradiance_behind_a_pane_is_what_path_tracing_of_the_same_transport_finds() {
+    let points: Vec<ProbePoint> = [(1.9, 0.5, 0.0), (1.2, 0.8, 0.0), (0.5, 0.2, 0.0)]
+        .map(|(x, y, z)| ProbePoint { at: DVec3::new(x, y, z), normal: DVec3::Z })
+        .to_vec();
+    for light in ["", POINT_LIGHT] {
+        let scene = rooms(Some(("0.9", true)), false, light);
+        let (mesh, solution, mut caster) = solved(&scene, &SolveOptions::default());
+        let stored = probe(&scene, &mesh, &solution, &mut caster, &points).unwrap();
+        let how = PathOptions { transport: Transport::TwoPass, n_paths: 100_000, max_depth: 6, seed: 1 };
+        let traced = irradiance(&scene, &mesh, &mut caster, &points, how).unwrap();
+        for ((point, a), b) in points.iter().zip(stored).zip(traced) {
+            let (a, b, error) = (a.total().0[1], b.mean.0[1], b.standard_error.0[1]);
+            assert!((a - b).abs() < 0.02 * b + 3.0 * error, "{}: {a}, {b} +- {error}", point.at);
+        }
+    }
+}
+
+#[test]
+fn rooms_without_panes_cast_no_ray_more() {
+    let (_, solution, _) = solved(&rooms(None, false, POINT_LIGHT), &SolveOptions::default());
+    assert_eq!(solution.account.specular_w.0, [0.0; 3]);
+    // The other room is bright where nothing stands between, dimmer behind glass, dark behind what passes nothing.
+    let far = |pane: Option<(&str, bool)>| {
+        let (mesh, solution, _) = solved(&rooms(pane, false, ""), &SolveOptions::default());
+        let of_far = mesh.surfaces.last().unwrap().front.clone();
+        let elements = mesh.patches[of_far.start as usize].elements.start
+            ..mesh.patches[of_far.end as usize - 1].elements.end;
+        elements.map(|e| solution.element_irradiance[e as usize].total().0[1]).sum::<f64>()
+    };
+    let (free, half, dark) = (far(None), far(Some(("0.5", true))), far(Some(("0.0", true))));
+    assert!((0.25..0.45).contains(&(half / free)), "{half} of {free}");
+    assert_eq!(dark, 0.0);
+}
