@@ -152,7 +152,7 @@ fn false_colour_pictures_stand_beside_the_others_or_alone() {
     assert!(text.contains("l.png  luminance in false colour, 1 to 100 cd/m^2, logarithmic"), "{text}");
     assert_eq!(place.names(), ["furnace-illuminance.png", "l.png", "r.json", "v.png"]);
     let refused = |args: &[&str], expected: &str| place.refused(&[&small[..], args].concat(), expected);
-    refused(&["--false-colour", "glare"], "expected luminance or illuminance");
+    refused(&["--false-colour", "glare"], "expected luminance, illuminance or sources");
     refused(&["--false-colour", "luminance=x.exr"], ".png");
     refused(&["--false-colour", "luminance", "--scale", "0,9", "--scale-kind", "log"], "starts over 0");
     let two = ["--false-colour", "luminance", "--false-colour", "illuminance", "--scale", "0,9"];

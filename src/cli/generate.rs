@@ -15,6 +15,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<Outcome, CliError> {
     let kind = match args.kind {
         KindArg::RandomPatches => Kind::RandomPatches,
         KindArg::FurnishedRoom => Kind::FurnishedRoom,
+        KindArg::ManyLamps => Kind::ManyLamps,
         KindArg::Segments2d => Kind::Segments2d,
     };
     let Generated { text, n_surfaces } =

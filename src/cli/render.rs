@@ -41,7 +41,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, CliError> {
     let mut options = plan::resolve_frame(&args.cast, args.solution.as_deref())?;
     options.elements = film::elements(args)?;
     picture.ambient = args.ambient;
-    picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity == Quantity::Illuminance);
+    picture.irradiance = in_false_colour.iter().any(|(_, quantity)| *quantity != Quantity::Luminance);
 
     let mut bars = Bars::new(SolveOptions::default().unshot_share, n_camera_rays(&picture));
     if picture.adaptive.is_some() {
@@ -119,15 +119,16 @@ fn stage_false_colour(
     look: FalseColour,
     files: &mut OutputFiles,
 ) -> Result<Vec<ScaledPicture>, CliError> {
-    let Rendering { film, irradiance, .. } = &frame.rendering;
+    let Rendering { film, irradiance, sampled_sources, .. } = &frame.rendering;
     if pictures.is_empty() {
         return Ok(Vec::new());
     }
     frame.timings.measure("false colour", || {
         let mut facts = Vec::with_capacity(pictures.len());
         for (path, quantity) in pictures {
-            let field = match (quantity, irradiance) {
-                (Quantity::Illuminance, Some(irradiance)) => {
+            let field = match (quantity, irradiance, sampled_sources) {
+                (Quantity::Sources, _, Some(sampled)) => Field::sources(film.width, film.height, sampled),
+                (Quantity::Illuminance, Some(irradiance), _) => {
                     Field::illuminance(film.width, film.height, irradiance)
                 }
                 _ => Field::luminance(film),

@@ -38,9 +38,6 @@ const RAYS_PER_CHUNK: usize = 1 << 18;
 /// Largest n of n x n strata: a bundle's rays.
 pub const MAX_STRATA: u32 = 8;
 
-/// Sources at most that are sampled at a patch.
-pub const MAX_SAMPLED: usize = 16;
-
 /// A point that wants to know its direct irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadePoint {

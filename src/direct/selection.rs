@@ -1,10 +1,10 @@
 //! Source selection: which sources are sampled at a patch and which are stored, blended so that no border shows.
 //!
 //! ```text
-//! vertices x sources --kernel, shadow rays--> e_j (W/m^2), visible shares v_j
-//! patch i: u_j = largest unoccluded contribution at its vertices
-//!   settled: v_j = 0 at all vertices of i and of its edge neighbours, or 1 at all of them and over 0.1 sr -> STORED
-//!   others in falling u_j until the rest sums to under tau sum u: SAMPLE (at most 16); the rest STORED
+//! points (vertices, middles of elements) x sources --kernel, shadow rays--> e_j (W/m^2), visible shares v_j
+//! patch i: u_j = largest unoccluded contribution at its points
+//!   settled: v_j = 0 at all points of i and of its edge neighbours, or 1 at all of them and over 0.1 sr -> STORED
+//!   others in falling u_j until the rest sums to under tau sum u: SAMPLE; the rest STORED
 //! w_j(vertex) = 1 if all patches there SAMPLE j, else 0; bilinear in between
 //! E = R[E_indirect + e of sources that are sampled nowhere] + sum (1 - w_j) R[e_j] + sum w_j D_j
 //! ```
@@ -14,13 +14,14 @@
 //! Source: Shirley 1990; Chen, Rushmeier, Miller, Turner 1991; Kok, Jansen 1991.
 //! Memory: a reconstruction for three sources that are sampled somewhere (for one with `hermite-limited`), 2 bytes a vertex
 //! and such source.
-//! Not modelled: a shadow that lies between the vertices of patches that all see a source, or none of it.
+//! Not modelled: a shadow that lies between the points of patches that all see a source, or none of it.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::sampler::{Ask, ShadowCounts};
-use super::{DirectLight, DirectOptions, MAX_SAMPLED, Outlook, SampledSource, ShadowSampling, pattern};
+use super::{DirectLight, DirectOptions, Outlook, SampledSource, ShadowSampling, pattern};
 use crate::mesh::{Element, ElementId, Mesh, PatchId, SurfacePoint, VertexId};
 use crate::radiosity::{Receiver, Solution};
 use crate::raycast::{CastError, Purpose, RayCaster};
@@ -199,7 +200,7 @@ impl Selection {
         let adaptive = options.shadow_sampling == ShadowSampling::Adaptive;
         let measured = if options.stored_share > 0.0 || adaptive {
             direct.sampler.purpose = Purpose::Selection;
-            let measured = measure(direct, mesh, &total, least_expected, caster);
+            let measured = measure(direct, mesh, solution, least_expected, caster);
             direct.sampler.purpose = Purpose::Shadow;
             measured?
         } else {
@@ -224,7 +225,7 @@ impl Selection {
         };
         let of_patch: Vec<Vec<(u32, bool)>> = classes.iter().map(with_place).collect();
 
-        let received = |s: usize, v: usize| measured.get(s * mesh.vertices.len() + v);
+        let received = |s: usize, v: usize| measured.get(s * n_points(mesh) + v);
         let never: Vec<usize> = (0..n_sources).filter(|s| !is_active[*s]).collect();
         let vertex: Vec<Rgb> = (0..mesh.vertices.len())
             .map(|v| {
@@ -331,11 +332,44 @@ impl Selection {
     }
 }
 
-/// What every vertex receives from every source: source by source.
+/// Points that look at the sources: the vertices, then the middles of the elements.
+fn n_points(mesh: &Mesh) -> usize {
+    mesh.vertices.len() + mesh.elements.len()
+}
+
+/// A point: where light is received, where rays start, with which normal, and on which patch.
+struct Point {
+    at: DVec3,
+    apex: DVec3,
+    normal: DVec3,
+    patch: Option<PatchId>,
+}
+
+impl Point {
+    fn new(mesh: &Mesh, i: usize, offset_m: f64) -> Point {
+        if let Some(e) = i.checked_sub(mesh.vertices.len()) {
+            let element = &mesh.elements[e];
+            let corners = mesh.polygon(&element.corners);
+            let at = corners.iter().sum::<DVec3>() / corners.len() as f64;
+            let normal = element.normal;
+            return Point { at, apex: at + offset_m * normal, normal, patch: Some(element.patch) };
+        }
+        let receiver = Receiver::of_vertex(&mesh.vertices[i], i as u32, offset_m);
+        let around = mesh.elements_around(VertexId(i as u32));
+        Point {
+            at: receiver.point,
+            apex: receiver.target,
+            normal: receiver.normal,
+            patch: around.first().map(|e| mesh.elements[e.0 as usize].patch),
+        }
+    }
+}
+
+/// What every point receives from every source: source by source.
 fn measure(
     direct: &mut DirectLight,
     mesh: &Mesh,
-    total: &[Rgb],
+    solution: &Solution,
     least_expected: f64,
     caster: &mut dyn RayCaster,
 ) -> Result<Vec<Contribution>, CastError> {
@@ -343,31 +377,34 @@ fn measure(
     // Seeds have four leaves a side.
     let options =
         DirectOptions { shadow_strata: options.shadow_strata.min(super::cells::SEED_SIDE), ..options };
-    let n = mesh.vertices.len();
+    let n = n_points(mesh);
+    let expected = |i: usize| {
+        let vertex = solution.vertex_irradiance.get(i);
+        let element = || &solution.element_irradiance[i - mesh.vertices.len()];
+        vertex.unwrap_or_else(element).total().luminance().max(least_expected)
+    };
     let mut contributions = vec![Contribution::default(); n * sources.len()];
     let all: Vec<usize> = (0..contributions.len()).collect();
     for chunk in all.chunks(PAIRS_PER_CHUNK) {
         let asks: Vec<(usize, Rgb, Ask<'_>)> = chunk
             .par_iter()
             .filter_map(|&i| {
-                let (s, v) = (i / n, i % n);
-                let receiver = Receiver::of_vertex(&mesh.vertices[v], v as u32, offset_m);
+                let (s, p) = (i / n, i % n);
                 let source = &sources[s];
-                let unoccluded = source.unoccluded(receiver.point, receiver.normal);
+                let Point { at, apex, normal, patch } = Point::new(mesh, p, offset_m);
+                let unoccluded = source.unoccluded(at, normal);
                 if unoccluded.is_black() {
                     return None;
                 }
-                let around = mesh.elements_around(VertexId(v as u32));
-                let expected = total[v].luminance().max(least_expected);
                 let ask = Ask {
                     source,
                     source_index: s as u32,
-                    position: receiver.point,
-                    normal: receiver.normal,
-                    apex: receiver.target,
-                    key: mix(!(v as u64)),
-                    region: around.first().map(|e| mesh.elements[e.0 as usize].patch),
-                    pattern: pattern(&options, unoccluded.luminance(), expected, Outlook::default()),
+                    position: at,
+                    normal,
+                    apex,
+                    key: mix(!(p as u64)),
+                    region: patch,
+                    pattern: pattern(&options, unoccluded.luminance(), expected(p), Outlook::default()),
                 };
                 Some((i, unoccluded, ask))
             })
@@ -406,20 +443,20 @@ fn classes(
         };
         return vec![all; mesh.patches.len()];
     }
-    let vertices: Vec<Vec<u32>> =
-        (0..mesh.patches.len()).map(|p| vertices_of(mesh, PatchId(p as u32))).collect();
+    let points: Vec<Vec<u32>> = (0..mesh.patches.len()).map(|p| points_of(mesh, PatchId(p as u32))).collect();
     let of_patch = |p: usize| {
-        let neighbourhood = neighbourhood(mesh, PatchId(p as u32), &vertices);
+        let neighbourhood = neighbourhood(mesh, PatchId(p as u32), &points);
         let mut classes = PatchClasses::default();
         let (mut rest, mut sum) = (Vec::new(), 0.0);
         for s in 0..n_sources {
-            let at = |v: &u32| &measured[s * mesh.vertices.len() + *v as usize];
-            let strongest = vertices[p].iter().map(|v| at(v).unoccluded.luminance()).fold(0.0, f64::max);
+            let at = |i: &u32| &measured[s * n_points(mesh) + *i as usize];
+            let strongest = points[p].iter().map(|i| at(i).unoccluded.luminance()).fold(0.0, f64::max);
             sum += strongest;
             let lit: Vec<_> = neighbourhood.iter().map(at).filter(|c| !c.unoccluded.is_black()).collect();
             let is_large = || {
-                let angle = |v: &u32| direct.sources[s].solid_angle(mesh.vertices[*v as usize].position);
-                vertices[p].iter().map(angle).fold(f64::INFINITY, f64::min) > SMOOTH_SR
+                let vertices = points[p].iter().filter_map(|i| mesh.vertices.get(*i as usize));
+                let angles = vertices.map(|v| direct.sources[s].solid_angle(v.position));
+                angles.fold(f64::INFINITY, f64::min) > SMOOTH_SR
             };
             let all = |seen: bool| lit.iter().all(|c| c.share == Some(seen));
             if strongest == 0.0 || all(false) {
@@ -433,7 +470,8 @@ fn classes(
         rest.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let mut left: f64 = rest.iter().map(|(_, u, _)| u).sum();
         for (s, u, settled) in &rest {
-            if classes.sampled.len() == MAX_SAMPLED || left <= options.stored_share * sum {
+            // 1 stores all, however sums are rounded.
+            if options.stored_share >= 1.0 || left <= options.stored_share * sum {
                 break;
             }
             classes.sampled.push(*s);
@@ -446,18 +484,19 @@ fn classes(
     (0..mesh.patches.len()).into_par_iter().map(of_patch).collect()
 }
 
-/// All vertices of a patch's elements.
-fn vertices_of(mesh: &Mesh, patch: PatchId) -> Vec<u32> {
+/// A patch's points: all vertices of its elements, and their middles.
+fn points_of(mesh: &Mesh, patch: PatchId) -> Vec<u32> {
     let elements = mesh.patches[patch.0 as usize].elements.clone();
-    let corners = elements.flat_map(|e| mesh.elements[e as usize].corners.vertices().to_vec());
-    let mut vertices: Vec<u32> = corners.map(|v| v.0).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices
+    let corners = elements.clone().flat_map(|e| mesh.elements[e as usize].corners.vertices().to_vec());
+    let middles = elements.map(|e| mesh.vertices.len() as u32 + e);
+    let mut points: Vec<u32> = corners.map(|v| v.0).chain(middles).collect();
+    points.sort_unstable();
+    points.dedup();
+    points
 }
 
-/// Those and the vertices of the patches across its edges.
-fn neighbourhood(mesh: &Mesh, patch: PatchId, vertices: &[Vec<u32>]) -> Vec<u32> {
+/// Those and the points of the patches across its edges.
+fn neighbourhood(mesh: &Mesh, patch: PatchId, points: &[Vec<u32>]) -> Vec<u32> {
     let mut patches = vec![patch.0];
     for e in mesh.patches[patch.0 as usize].elements.clone() {
         let n_edges = mesh.elements[e as usize].corners.vertices().len();
@@ -466,7 +505,7 @@ fn neighbourhood(mesh: &Mesh, patch: PatchId, vertices: &[Vec<u32>]) -> Vec<u32>
     }
     patches.sort_unstable();
     patches.dedup();
-    let mut all: Vec<u32> = patches.iter().flat_map(|p| &vertices[*p as usize]).copied().collect();
+    let mut all: Vec<u32> = patches.iter().flat_map(|p| &points[*p as usize]).copied().collect();
     all.sort_unstable();
     all.dedup();
     all

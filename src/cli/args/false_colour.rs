@@ -55,8 +55,10 @@ pub(super) fn false_colour(text: &str) -> Result<FalseColourArg, String> {
         Some((name, path)) => (name, Some(PathBuf::from(path))),
         None => (text, None),
     };
-    let quantity = [Quantity::Luminance, Quantity::Illuminance].into_iter().find(|q| q.name() == name);
-    let quantity = quantity.ok_or("expected luminance or illuminance, and a file after '='")?;
+    let quantity = [Quantity::Luminance, Quantity::Illuminance, Quantity::Sources]
+        .into_iter()
+        .find(|q| q.name() == name);
+    let quantity = quantity.ok_or("expected luminance, illuminance or sources, and a file after '='")?;
     Ok(FalseColourArg { quantity, path })
 }
 

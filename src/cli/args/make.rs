@@ -16,6 +16,8 @@ pub enum KindArg {
     RandomPatches,
     /// A room with tables, chairs, shelves and cupboards under ceiling lamps; up to 1,000 pieces
     FurnishedRoom,
+    /// The same room under a lattice of many small ceiling lamps; up to 1,000 lamps
+    ManyLamps,
     /// Random segments of the unit square, extruded along z: rays in the middle plane see two dimensions; up to 10,000
     #[value(name = "segments-2d")]
     Segments2d,
@@ -33,7 +35,7 @@ pub struct GenerateArgs {
     /// What to make
     #[arg(value_enum)]
     pub kind: KindArg,
-    /// How many patches, pieces of furniture or segments
+    /// How many patches, pieces of furniture, lamps or segments
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_COUNT))]
     pub count: u32,
     /// Seed of everything that is random

@@ -128,9 +128,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
     pub exposure: Exposure,
     /// Also write, or without -o only, a picture of the luminance that is seen (cd/m^2) or of the illuminance on the
-    /// surfaces that are seen first (lx), in the colours of a scale that stands beside it; may be given several times
+    /// surfaces that are seen first (lx) or of the number of sources that two-pass samples there, in the colours of a scale that
+    /// stands beside it; may be given several times
     /// [default name: the scene's with the quantity's behind it, .png]
-    #[arg(long, value_name = "luminance|illuminance[=FILE.png]", value_parser = false_colour, help_heading = "False colour")]
+    #[arg(long, value_name = "luminance|illuminance|sources[=FILE.png]", value_parser = false_colour, help_heading = "False colour")]
     pub false_colour: Vec<FalseColourArg>,
     /// Its scale.
     #[command(flatten)]

@@ -39,6 +39,8 @@ pub enum Quantity {
     Luminance,
     /// On the surface that the camera sees (lx).
     Illuminance,
+    /// How many sources of light are sampled by shadow rays there, each by its weight; the others are stored.
+    Sources,
 }
 
 /// Colours of a scale.
@@ -84,6 +86,7 @@ impl Quantity {
         match self {
             Quantity::Luminance => "luminance",
             Quantity::Illuminance => "illuminance",
+            Quantity::Sources => "sources",
         }
     }
 
@@ -92,6 +95,7 @@ impl Quantity {
         match self {
             Quantity::Luminance => "cd/m^2",
             Quantity::Illuminance => "lx",
+            Quantity::Sources => "sampled",
         }
     }
 }
@@ -121,6 +125,12 @@ impl Field {
         let values = irradiance.iter().map(|e| e.map_or(f64::NAN, Irradiance::illuminance_lx));
         let (values, counts) = (values.collect(), vec![true; irradiance.len()]);
         Field { quantity: Quantity::Illuminance, width, height, values, counts }
+    }
+
+    /// The number of sources that `width` x `height` pixels sample, where they show a surface.
+    pub fn sources(width: usize, height: usize, sampled: &[Option<f64>]) -> Field {
+        let values = sampled.iter().map(|n| n.unwrap_or(f64::NAN)).collect();
+        Field { quantity: Quantity::Sources, width, height, values, counts: vec![true; sampled.len()] }
     }
 
     /// Every value as a block of `side` x `side` pixels, rows from the bottom up.
