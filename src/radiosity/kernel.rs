@@ -15,8 +15,6 @@ use serde::{Deserialize, Serialize};
 
 /// Estimated error of the disc form, as a share of the form factor.
 pub const DISC_ERROR: f64 = 1e-3;
-/// Cells farther than this many times their size are far.
-const FAR: f64 = 3.0;
 /// Quarterings of a patch for the disc form at most.
 const MAX_DISC_DEPTH: u32 = 8;
 
@@ -180,12 +178,6 @@ impl Facet {
 
     /// By Wallace's discs.
     fn by_discs(&self, point: DVec3, normal: DVec3) -> f64 {
-        // Most of what a receiver is asked of lies behind it or looks away.
-        if (point - self.corners[0]).dot(self.normal) <= 0.0
-            || self.n_above(&self.corners, point, normal) == 0
-        {
-            return 0.0;
-        }
         let disc = |cell: &[DVec3; 4]| self.disc(point, normal, cell);
         let whole = self.corners;
         let coarse = disc(&whole);
@@ -195,9 +187,9 @@ impl Facet {
         self.discs_within(point, normal, &whole, coarse, tolerance, 0)
     }
 
-    /// Sum over a cell's discs, quartered (three times at least where it is near or the horizon cuts it: a cell and its quarters
-    /// may agree by chance) until it agrees with the coarser value. The tolerance is halved from level to level, not
-    /// quartered: errors lie where the point is near, not everywhere.
+    /// Sum over a cell's discs, quartered (three times at least: the horizon may cut it where it looks even) until it agrees
+    /// with the coarser value. The tolerance is halved from level to level, not quartered: errors lie where the point is near,
+    /// not everywhere.
     fn discs_within(
         &self,
         point: DVec3,
@@ -207,24 +199,14 @@ impl Facet {
         tolerance: f64,
         depth: u32,
     ) -> f64 {
-        let n_above = self.n_above(cell, point, normal);
-        if n_above == 0 {
-            return 0.0;
-        }
         let quarters = self.quarters(cell);
         let values = quarters.map(|q| self.disc(point, normal, &q));
         let sum: f64 = values.iter().sum();
-        let may_end = depth >= 2 || n_above == cell.len() && is_far(cell, point);
-        if may_end && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance) {
+        if depth >= 2 && (depth >= MAX_DISC_DEPTH || (sum - coarse).abs() <= tolerance) {
             return sum;
         }
         let parts = quarters.iter().zip(values);
         parts.map(|(q, v)| self.discs_within(point, normal, q, v, 0.5 * tolerance, depth + 1)).sum()
-    }
-
-    /// Corners of a cell above the horizon.
-    fn n_above(&self, cell: &[DVec3; 4], point: DVec3, normal: DVec3) -> usize {
-        cell.iter().filter(|c| (**c - point).dot(normal) > 0.0).count()
     }
 
     /// A cell as one disc of its area.
@@ -260,12 +242,6 @@ impl Facet {
             (a, height_a) = (b, height_b);
         }
     }
-}
-
-/// So far away that a cell and its quarters agree only where both are right.
-fn is_far([a, b, c, d]: &[DVec3; 4], point: DVec3) -> bool {
-    let size_2 = (*c - *a).length_squared().max((*d - *b).length_squared());
-    (0.25 * (*a + *b + *c + *d) - point).length_squared() > FAR * FAR * size_2
 }
 
 /// A triangle (its last corner twice) or quad cut at the middles of its edges.

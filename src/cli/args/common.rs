@@ -34,7 +34,8 @@ pub enum FormFactorsArg {
 pub enum KernelArg {
     /// Lambert's polygon formula, exact
     Polygon,
-    /// Wallace's disc form, the patch subdivided until its error is under 0.1 %; for comparison
+    /// Wallace's disc form, the patch subdivided until its error is under 0.1 %; for comparison on small scenes: 60 to 400
+    /// times slower
     Disc,
 }
 

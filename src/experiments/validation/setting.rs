@@ -90,13 +90,14 @@ impl Setting {
         solve_text(&self.text(), Some(elements))
     }
 
-    /// As [`Setting::solve`], curved surfaces with at least `min_around` patches around.
+    /// As [`Setting::solve`], curved surfaces with at least `min_around` patches around, all power shot by kernel, however many
+    /// patches there are.
     ///
     /// # Errors
     /// A scene that is not one.
-    pub fn solve_with_facets(&self, elements: u32, min_around: u32) -> Result<Answer, ExperimentError> {
+    pub fn solve_by_kernel(&self, elements: u32, min_around: u32) -> Result<Answer, ExperimentError> {
         let meshing = |m: Meshing| Meshing { target: MeshTarget::Elements(elements), min_around, ..m };
-        solve_with(&self.text(), meshing, FormFactorMethod::Vertex)
+        solve_so(&self.text(), meshing, SolveOptions { max_shooters: usize::MAX, ..SolveOptions::default() })
     }
 
     fn text(&self) -> String {
@@ -132,11 +133,20 @@ pub fn solve_with(
     meshing: impl FnOnce(Meshing) -> Meshing,
     form_factors: FormFactorMethod,
 ) -> Result<Answer, ExperimentError> {
+    solve_so(text, meshing, SolveOptions { form_factors, ..SolveOptions::default() })
+}
+
+/// The unshot share of the options is [`UNSHOT_SHARE`].
+fn solve_so(
+    text: &str,
+    meshing: impl FnOnce(Meshing) -> Meshing,
+    options: SolveOptions,
+) -> Result<Answer, ExperimentError> {
     let mut scene = Scene::parse(text, Path::new("validation")).map_err(Box::new)?;
     scene.meshing = meshing(scene.meshing);
     let mesh = Mesh::build(&scene);
     let mut caster = SoftwareCaster::new(mesh.cast_patches());
-    let options = SolveOptions { unshot_share: UNSHOT_SHARE, form_factors, ..SolveOptions::default() };
+    let options = SolveOptions { unshot_share: UNSHOT_SHARE, ..options };
     let solution = solve(&scene, &mesh, &mut caster, &options, &mut |_| {})?;
     let surfaces = summarise(&scene, &mesh, &solution);
     Ok(Answer { scene, mesh, caster, solution, surfaces })

@@ -6,15 +6,16 @@
 
 use super::formulas::{self, Span};
 use super::row::{Group, Row};
-use super::setting::Setting;
+use super::setting::{Answer, Setting};
 use crate::experiments::ExperimentError;
 use crate::geom::DVec3;
-use crate::scene::Meshing;
 
 /// Bound of cases of polygons, as a share of the value.
 const POLYGONAL: f64 = 0.002;
 /// Bound of cases with curved surfaces.
 const CURVED: f64 = 0.005;
+/// The case of the sphere.
+const SPHERE: &str = "sphere of radius 0.4 to a rectangle 1.5 x 1 over its corner at distance 0.7";
 
 /// A case: a scene that holds an `emitter` and a `receiver`, and what F is.
 #[derive(Clone, Debug)]
@@ -38,23 +39,37 @@ impl ViewFactor {
     /// # Errors
     /// None in software.
     pub fn row(&self, elements: u32) -> Result<Row, ExperimentError> {
-        self.row_with_facets(elements, Meshing::MIN_AROUND)
+        Ok(self.row_of(&self.setting.solve(elements)?))
     }
 
-    /// The same, curved surfaces with at least `min_around` patches around.
+    /// The same, curved surfaces with at least `min_around` patches around, every patch shot by kernel.
     ///
     /// # Errors
     /// None in software.
     pub fn row_with_facets(&self, elements: u32, min_around: u32) -> Result<Row, ExperimentError> {
-        let answer = self.setting.solve_with_facets(elements, min_around)?;
-        Ok(Row {
+        Ok(self.row_of(&self.setting.solve_by_kernel(elements, min_around)?))
+    }
+
+    /// Something is curved.
+    pub fn is_curved(&self) -> bool {
+        self.bound == CURVED
+    }
+
+    /// What the coarsest mesh is finer by than those of other cases, along an edge: a sphere of eight rows still errs by chance
+    /// to either side.
+    pub fn fineness(&self) -> u32 {
+        if self.name == SPHERE { 2 } else { 1 }
+    }
+
+    fn row_of(&self, answer: &Answer) -> Row {
+        Row {
             group: Group::ViewFactor,
             case: self.name.to_owned(),
             formula: self.formula,
             expected: self.expected,
             ours: answer.incident_w("receiver") / answer.emitted_w(),
             bound: self.bound,
-        })
+        }
     }
 }
 
@@ -152,7 +167,7 @@ pub fn cases() -> Vec<ViewFactor> {
 
 fn sphere() -> ViewFactor {
     ViewFactor {
-        name: "sphere of radius 0.4 to a rectangle 1.5 x 1 over its corner at distance 0.7",
+        name: SPHERE,
         formula: "solid angle over 4 pi: atan(1 / sqrt(D1^2 + D2^2 + D1^2 D2^2)) / (4 pi) (Howell, sphere to rectangle)",
         expected: formulas::sphere_to_rectangle(1.5, 1.0, 0.7),
         bound: CURVED,
