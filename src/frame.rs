@@ -145,6 +145,8 @@ pub struct Probed {
     pub mesh: Mesh,
     /// Name of the caster.
     pub caster: &'static str,
+    /// Rays by purpose, and the time that they took.
+    pub meter: Meter,
     /// One value a point, in the order of the points.
     pub irradiance: Vec<Irradiance>,
     /// Its standard error, where it was found by chance.
@@ -334,18 +336,21 @@ pub fn probe_scene(
     starts.extend(points.iter().map(|p| p.at + reach_m * p.normal));
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
-    let passed = pass_1_refined(&scene, mesh, caster.port(), &options.pass_1, &mut timings, progress)?;
+    let mut meter = Meter::default();
+    let mut port = meter.around(caster.port());
+    let passed = pass_1_refined(&scene, mesh, &mut port, &options.pass_1, &mut timings, progress)?;
     let Passed { mesh, solution, .. } = passed;
     let irradiance = timings.measure("probe", || {
         if interpolated {
-            return stored_irradiance(&scene, &mesh, &solution, caster.port(), points, reach_m);
+            return stored_irradiance(&scene, &mesh, &solution, &mut port, points, reach_m);
         }
-        let parts = radiosity::probe(&scene, &mesh, &solution, caster.port(), points)?;
+        let parts = radiosity::probe(&scene, &mesh, &solution, &mut port, points)?;
         Ok(parts.iter().map(|e| Irradiance(e.total())).collect())
     })?;
     let mut warnings = scene.warnings.clone();
     warnings.extend(warnings::open_account(&solution.account));
-    Ok(Probed { caster: caster.name(), scene, mesh, irradiance, standard_error: None, timings, warnings })
+    let caster = caster.name();
+    Ok(Probed { caster, meter, scene, mesh, irradiance, standard_error: None, timings, warnings })
 }
 
 /// Irradiance at points by path tracing: no pass 1.
@@ -363,12 +368,15 @@ pub fn probe_by_paths(
     let starts: Vec<DVec3> = points.iter().map(|p| p.at).collect();
     let mut caster = timings.measure("caster", || make_caster(&options.caster, &scene, &mesh, &starts))?;
     warn_of_lights(&mut scene, &mesh, &mut caster);
+    let mut meter = Meter::default();
+    let mut port = meter.around(caster.port());
     let found =
-        timings.measure("probe", || render::path::irradiance(&scene, &mesh, caster.port(), points, how))?;
+        timings.measure("probe", || render::path::irradiance(&scene, &mesh, &mut port, points, how))?;
     let irradiance = found.iter().map(|e| Irradiance(e.mean)).collect();
     let standard_error = Some(found.iter().map(|e| Irradiance(e.standard_error)).collect());
     let warnings = scene.warnings.clone();
-    Ok(Probed { caster: caster.name(), scene, mesh, irradiance, standard_error, timings, warnings })
+    let caster = caster.name();
+    Ok(Probed { caster, meter, scene, mesh, irradiance, standard_error, timings, warnings })
 }
 
 /// What a board is driven with.

@@ -90,19 +90,23 @@ fn quality_sets_elements_and_rays_and_single_options_win() {
     let plain = report(&[]);
     assert!(plain.get("quality").is_none());
     let normal = report(&["--quality", "normal"]);
-    for same in ["options", "scene", "n_camera_rays", "mean_luminance_w_m2_sr"] {
-        assert_eq!(plain[same], normal[same], "normal is what is done without --quality");
-    }
+    assert_eq!(plain["scene"], normal["scene"], "normal is the scene's own mesh");
+    assert_eq!(normal["options"]["adaptive"]["max"], 8);
     let (draft, high) = (report(&["--quality", "draft"]), report(&["--quality", "high"]));
     let elements = |r: &Value| r["scene"]["n_elements"].as_u64().unwrap();
     assert!(2 * elements(&draft) < elements(&normal) && 2 * elements(&normal) < elements(&high));
-    let strata = |r: &Value| r["options"]["shadow_strata"].as_u64().unwrap();
-    assert!(strata(&draft) < strata(&normal) && strata(&normal) < strata(&high));
+    let error = |r: &Value| r["options"]["direct"]["shadow_error"].as_f64().unwrap();
+    assert!(error(&draft) > error(&normal) && error(&normal) > error(&high));
+    let rays = |r: &Value| r["options"]["adaptive"]["max"].as_u64().unwrap();
+    assert!(rays(&draft) < rays(&normal) && rays(&normal) < rays(&high));
     assert_eq!(high["quality"]["name"], "high");
     assert_eq!(high["quality"]["max_samples"], high["options"]["adaptive"]["max"]);
     let own = report(&["--quality", "high", "--elements", "96", "--samples", "2", "--shadow-strata", "3"]);
     assert!(own["options"]["adaptive"].is_null());
-    assert_eq!((&own["options"]["samples"], &own["options"]["shadow_strata"]), (&2.into(), &3.into()));
+    assert_eq!(
+        (&own["options"]["samples"], &own["options"]["direct"]["shadow_strata"]),
+        (&2.into(), &3.into())
+    );
     assert_eq!(own["quality"]["elements"], 96);
 }
 
@@ -122,15 +126,16 @@ fn report_splits_rays_by_kind_and_names_the_share_of_ray_casting() {
         let report = place.json("k.json");
         let kinds = report["rays_by_kind"].as_array().unwrap();
         let names: Vec<_> = kinds.iter().map(|k| k["purpose"].as_str().unwrap()).collect();
-        assert_eq!(names, ["primary", "form_factor", "shadow"]);
+        assert_eq!(names, ["primary", "form_factor", "selection", "shadow"]);
         for kind in kinds {
             let n = |key: &str| kind[key].as_u64().unwrap();
             assert_eq!(n("rays"), n("bundle_rays") + n("explicit_rays"), "{kind}");
             assert!(n("hits") <= n("rays") && n("queries") > 0, "{kind}");
         }
-        // Camera tiles and area-light fans go down as descriptors.
-        for kind in [&kinds[0], &kinds[2]] {
-            assert_eq!(kind["explicit_rays"], 0, "{kind}");
+        // Camera tiles and shadow rays go down as descriptors; of shadow rays a few ask for what blocks them, one by one.
+        for (kind, most) in [(&kinds[0], 0.0), (&kinds[3], 0.1)] {
+            let n = |key: &str| kind[key].as_f64().unwrap();
+            assert!(n("explicit_rays") <= most * n("rays"), "{kind}");
         }
         let time = &report["timings"]["ray_casting"];
         let share = time["share"].as_f64().unwrap();

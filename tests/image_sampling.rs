@@ -29,7 +29,9 @@ fn frame(elements: u32, picture: &RenderOptions) -> Frame {
 }
 
 fn picture(side: usize, samples: u32) -> RenderOptions {
-    RenderOptions { width: side as u32, height: side as u32, samples, ..RenderOptions::default() }
+    // Full sampling of lamps: what is measured is the film.
+    let direct = DirectOptions::full(4);
+    RenderOptions { width: side as u32, height: side as u32, samples, direct, ..RenderOptions::default() }
 }
 
 /// A picture's pixels and where they are near a lamp that is seen directly.
@@ -42,8 +44,8 @@ struct Reference {
 
 impl Reference {
     /// 4 x 4 pixels of 16 rays each for one, other shadow rays in each.
-    fn new(elements: u32, strata: u32) -> Reference {
-        let fine = RenderOptions { direct: DirectOptions::full(strata), seed: 77, ..picture(4 * SIDE, 16) };
+    fn new(elements: u32) -> Reference {
+        let fine = RenderOptions { seed: 77, ..picture(4 * SIDE, 16) };
         let film = frame(elements, &fine).rendering.film;
         let mut pixels = vec![Rgb::BLACK; SIDE * SIDE];
         let mut lamp = vec![false; SIDE * SIDE];
@@ -102,7 +104,7 @@ fn at(fixed: &[[f64; 3]], rays: f64, which: usize) -> f64 {
 #[ignore = "minutes: renders a reference of 16.8 million camera rays"]
 fn adaptive_sampling_at_equal_rays_has_a_smaller_error_than_fixed_counts() {
     const ELEMENTS: u32 = 1200;
-    let reference = Reference::new(ELEMENTS, 4);
+    let reference = Reference::new(ELEMENTS);
     let run = |name: &str, options: &RenderOptions| row(&reference, ELEMENTS, name, options);
     let fixed: Vec<_> =
         [1, 2, 3, 4, 6, 8, 12, 16].map(|n| run(&format!("fixed {n}"), &picture(SIDE, n))).to_vec();
@@ -143,29 +145,28 @@ fn adaptive_sampling_at_equal_rays_has_a_smaller_error_than_fixed_counts() {
 #[test]
 #[ignore = "minutes: renders a reference of 16.8 million camera rays on a fine mesh"]
 fn qualities_trade_time_for_error() {
-    let reference = Reference::new(32_000, 4);
-    for (elements, min, max, strata, contrast) in [
-        (1000, 1, 1, 2, 0.03),
-        (1000, 1, 1, 4, 0.03),
-        (1000, 1, 8, 2, 0.05),
-        (4000, 1, 1, 4, 0.03),
-        (4000, 1, 4, 4, 0.05),
-        (4000, 1, 8, 4, 0.03),
-        (4000, 1, 16, 4, 0.03),
-        (4000, 4, 16, 4, 0.02),
-        (4000, 4, 16, 6, 0.02),
-        (16_000, 1, 16, 4, 0.03),
-        (16_000, 4, 16, 4, 0.02),
-        (16_000, 4, 16, 6, 0.02),
+    let reference = Reference::new(32_000);
+    for (elements, min, max, strata, error, contrast) in [
+        (1000, 1, 1, 4, 0.05, 0.05),
+        (1000, 1, 4, 4, 0.05, 0.05),
+        (1000, 1, 8, 4, 0.05, 0.05),
+        (4000, 1, 1, 8, 0.02, 0.03),
+        (4000, 1, 4, 8, 0.02, 0.05),
+        (4000, 1, 8, 8, 0.02, 0.03),
+        (4000, 1, 16, 8, 0.02, 0.03),
+        (16_000, 1, 16, 8, 0.005, 0.02),
+        (16_000, 4, 16, 8, 0.02, 0.02),
+        (16_000, 4, 16, 8, 0.005, 0.02),
     ] {
-        let options = RenderOptions { direct: DirectOptions::full(strata), ..adaptive(min, max, contrast) };
+        let direct = DirectOptions { shadow_strata: strata, shadow_error: error, ..DirectOptions::default() };
+        let options = RenderOptions { direct, ..adaptive(min, max, contrast) };
         let frame = frame(elements, &options);
         let [linear, tone] = reference.errors(&frame.rendering.film.pixels);
         let seconds =
             |name: &str| frame.timings.phases.iter().find(|p| p.name == name).map_or(0.0, |p| p.seconds);
         println!(
-            "{elements:>6} elements, {min}..{max}, {strata} x {strata}, {contrast}: pass 1 {:.2} s, pass 2 {:.2} s, \
-             {:.2} rays, RMSE {:.3} %, tone {tone:.5}",
+            "{elements:>6} elements, {min}..{max} at {contrast}, {strata} x {strata} to {error}: pass 1 {:.2} s, \
+             pass 2 {:.2} s, {:.2} rays, RMSE {:.3} %, tone {tone:.5}",
             seconds("pass 1"),
             seconds("pass 2"),
             frame.rendering.mean_rays_per_pixel(),

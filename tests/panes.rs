@@ -1,4 +1,4 @@
-//! Thin glass in pass 1: light goes through it, and the energy account stays closed.
+//! Thin glass: light goes through it in both passes, and the energy account stays closed.
 //!
 //! ```text
 //! lamp | half of a room | pane | other half, lit through the pane alone
@@ -10,9 +10,9 @@ use glam::DVec3;
 use radiosity_engine::mesh::Mesh;
 use radiosity_engine::radiosity::{FormFactorMethod, ProbePoint, Solution, SolveOptions, probe, solve};
 use radiosity_engine::raycast::software::SoftwareCaster;
-use radiosity_engine::render::Transport;
 use radiosity_engine::render::path::{PathOptions, irradiance};
-use radiosity_engine::scene::Scene;
+use radiosity_engine::render::{RenderMethod, RenderOptions, Rendering, Transport, render};
+use radiosity_engine::scene::{Camera, Scene};
 
 /// Two cubes of 1 m side by side along x, between them a pane or nothing; the lamp is a part of the wall x = 0. `open`: no
 /// wall at x = 2.
@@ -25,7 +25,7 @@ fn rooms(pane: Option<(&str, bool)>, open: bool, light: &str) -> Scene {
     let mut text = "
 version = 1
 [meshing]
-elements = 1500
+elements = 800
 [materials.grey]
 reflectance = 0.5
 [materials.lamp]
@@ -100,7 +100,7 @@ fn irradiance_behind_a_pane_is_what_path_tracing_of_the_same_transport_finds() {
         let scene = rooms(Some(("0.9", true)), false, light);
         let (mesh, solution, mut caster) = solved(&scene, &SolveOptions::default());
         let stored = probe(&scene, &mesh, &solution, &mut caster, &points).unwrap();
-        let how = PathOptions { transport: Transport::TwoPass, n_paths: 100_000, max_depth: 6, seed: 1 };
+        let how = PathOptions { transport: Transport::TwoPass, n_paths: 40_000, max_depth: 6, seed: 1 };
         let traced = irradiance(&scene, &mesh, &mut caster, &points, how).unwrap();
         for ((point, a), b) in points.iter().zip(stored).zip(traced) {
             let (a, b, error) = (a.total().0[1], b.mean.0[1], b.standard_error.0[1]);
@@ -124,4 +124,75 @@ fn rooms_without_panes_cast_no_ray_more() {
     let (free, half, dark) = (far(None), far(Some(("0.5", true))), far(Some(("0.0", true))));
     assert!((0.25..0.45).contains(&(half / free)), "{half} of {free}");
     assert_eq!(dark, 0.0);
+}
+
+fn picture(scene: &Scene, eye: DVec3, target: DVec3, options: &RenderOptions) -> Rendering {
+    let (mesh, solution, mut caster) = match options.method.needs_pass_1() {
+        true => solved(scene, &SolveOptions::default()),
+        false => {
+            let mesh = Mesh::build(scene);
+            let (dark, caster) = (Solution::dark(&mesh), SoftwareCaster::new(mesh.cast_patches()));
+            (mesh, dark, caster)
+        }
+    };
+    let camera = Camera { eye, target, up: DVec3::Y, fov_y_deg: 50.0 };
+    render(scene, &camera, &mesh, &solution, &mut caster, options, &mut |_| {}).unwrap()
+}
+
+#[test]
+fn shadow_rays_of_pass_2_bring_the_slabs_transmittance_of_a_light() {
+    // Onto the floor at z = 0, from a light 2 m above it, at three angles.
+    for (degrees, slab) in [(0.0_f64, 0.918_32), (45.0, 0.902_53), (60.0, 0.843_47)] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let text = format!(
+            "
+version = 1
+[materials.black]
+reflectance = 0.0
+[materials.pane]
+reflectance = 0.0
+transmission = [0.9, 0.6, 0.3]
+ior = 1.52
+[[surface]]
+name = \"floor\"
+material = \"black\"
+quad = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]]
+[[surface]]
+name = \"pane\"
+material = \"pane\"
+quad = [[-9, -9, 1.5], [9, -9, 1.5], [9, 9, 1.5], [-9, 9, 1.5]]
+[[light]]
+kind = \"point\"
+position = [{}, 0.0, 2.0]
+intensity = 8.0
+",
+            2.0 * sin / cos
+        );
+        let scene = Scene::parse(&text, Path::new("pane.toml")).unwrap();
+        let (method, irradiance) = (RenderMethod::Whitted, true);
+        let options = RenderOptions { method, irradiance, width: 1, height: 1, ..RenderOptions::default() };
+        let seen = picture(&scene, DVec3::Z, DVec3::ZERO, &options).irradiance.unwrap()[0].unwrap();
+        let free = 8.0 * cos.powi(3) / 4.0;
+        for (c, transmission) in [0.9, 0.6, 0.3].into_iter().enumerate() {
+            let share = seen.0.0[c] / free / transmission;
+            assert!((share - slab).abs() < 5e-6, "{degrees} degrees, channel {c}: {share}, not {slab}");
+        }
+    }
+}
+
+#[test]
+fn picture_of_a_room_behind_a_pane_is_that_of_path_tracing_of_the_same_transport() {
+    for light in ["", POINT_LIGHT] {
+        let scene = rooms(Some(("0.9", true)), false, light);
+        let seen = |method| {
+            let transport = Transport::TwoPass;
+            let size =
+                RenderOptions { width: 24, height: 24, samples: 4, paths: 64, ..RenderOptions::default() };
+            let options = RenderOptions { method, transport, ..size };
+            let (eye, target) = (DVec3::new(1.05, 0.5, 0.5), DVec3::new(2.0, 0.4, 0.4));
+            picture(&scene, eye, target, &options).film.mean_luminance()
+        };
+        let (a, b) = (seen(RenderMethod::TwoPass), seen(RenderMethod::Path));
+        assert!((a / b - 1.0).abs() < 0.015, "{light}: {a}, {b}");
+    }
 }

@@ -71,6 +71,9 @@ fn flags_without_use_for_a_method_are_refused_by_name() {
         place.refused(&args, &format!("{} has no use with --method path", flags[0]));
     }
     place.refused(&["render", &furnace, "--method", "whitted", "--ambient"], "--ambient has no use");
+    place.refused(&["render", &furnace, "--method", "whitted", "--tau", "0.1"], "--tau has no use");
+    let stored = ["render", &furnace, "--method", "full-radiosity"];
+    place.refused(&[&stored[..], &["--shadow-error", "0.1"]].concat(), "--shadow-error has no use");
     for flags in [["--paths", "4"], ["--transport", "full"]] {
         place.refused(&[&["render", &furnace][..], &flags].concat(), &format!("{} has no use", flags[0]));
     }

@@ -46,15 +46,15 @@ impl Quality {
             QualityArg::Draft => Quality {
                 elements: 0.25,
                 samples: 1,
-                max_samples: 1,
+                max_samples: 4,
                 shadow_strata: 4,
                 shadow_error: 0.05,
-                contrast: CONTRAST,
+                contrast: 0.05,
             },
             QualityArg::Normal => Quality {
                 elements: 1.0,
                 samples: 1,
-                max_samples: 1,
+                max_samples: 8,
                 shadow_strata: 8,
                 shadow_error: 0.02,
                 contrast: CONTRAST,
@@ -80,14 +80,14 @@ pub(super) fn film(args: &RenderArgs, picture: RenderOptions) -> Result<RenderOp
     if let Some(region) = film.region {
         region.check(picture.width, picture.height).map_err(|e| CliError::Usage(format!("--{e}")))?;
     }
-    let quality = Quality::of(film.quality.unwrap_or(QualityArg::Normal));
-    let (samples, max) = match given.has("samples") {
-        true => (args.picture.samples.min, args.picture.samples.max),
-        false => (quality.samples, Some(quality.max_samples).filter(|max| *max > quality.samples)),
+    let quality = film.quality.map(Quality::of);
+    let (samples, max) = match quality {
+        Some(q) if !given.has("samples") => (q.samples, Some(q.max_samples).filter(|max| *max > q.samples)),
+        _ => (args.picture.samples.min, args.picture.samples.max),
     };
     let adaptive = max.map(|max| AdaptiveSampling {
         max,
-        contrast: film.contrast.unwrap_or(quality.contrast),
+        contrast: film.contrast.unwrap_or(quality.map_or(CONTRAST, |q| q.contrast)),
         exposure: args.exposure,
     });
     if film.contrast.is_some() && adaptive.is_none() {
@@ -95,11 +95,13 @@ pub(super) fn film(args: &RenderArgs, picture: RenderOptions) -> Result<RenderOp
         return Err(CliError::Usage(what.to_owned()));
     }
     let mut direct = picture.direct;
-    if !given.has("shadow_strata") {
-        direct.shadow_strata = quality.shadow_strata;
-    }
-    if !given.has("shadow_error") {
-        direct.shadow_error = quality.shadow_error;
+    if let Some(quality) = quality {
+        if !given.has("shadow_strata") {
+            direct.shadow_strata = quality.shadow_strata;
+        }
+        if !given.has("shadow_error") {
+            direct.shadow_error = quality.shadow_error;
+        }
     }
     Ok(RenderOptions {
         samples,
@@ -132,7 +134,9 @@ pub(super) fn quality_report(
         elements,
         samples: picture.samples,
         max_samples: picture.adaptive.map_or(picture.samples, |a| a.max),
+        contrast: picture.adaptive.map(|a| a.contrast),
         shadow_strata: picture.direct.shadow_strata,
+        shadow_error: picture.direct.shadow_error,
     })
 }
 

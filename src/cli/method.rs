@@ -29,6 +29,9 @@ const OF_PASS_1: [&str; 12] = [
     "gradients",
 ];
 
+/// Flags of sampled direct light.
+const OF_SHADOW_RAYS: [&str; 4] = ["shadow_strata", "shadow_sampling", "shadow_error", "shadow_coherence"];
+
 /// Sets the method of a picture and what only it knows.
 ///
 /// # Errors
@@ -45,19 +48,19 @@ pub(super) fn resolve(args: &RenderArgs, picture: &mut RenderOptions) -> Result<
         refuse(&args.given, &OF_PASS_1, method, "it has no pass 1")?;
         refuse(&args.given, &["twists"], method, "it has no pass 1")?;
     }
-    match picture.method {
-        RenderMethod::Path => {
-            refuse(
-                &args.given,
-                &["shadow_strata"],
-                method,
-                "each path has one shadow ray a bounce; see --paths",
-            )?;
-        }
-        _ => refuse(&args.given, &["paths", "transport"], method, "it traces no paths")?,
+    let why = match picture.method {
+        RenderMethod::Path => Some("a path has one shadow ray a bounce; see --paths"),
+        RenderMethod::FullRadiosity => Some("all light is stored, no shadow rays are cast"),
+        RenderMethod::Whitted | RenderMethod::TwoPass => None,
+    };
+    if let Some(why) = why {
+        refuse(&args.given, &OF_SHADOW_RAYS, method, why)?;
     }
-    if picture.method == RenderMethod::FullRadiosity {
-        refuse(&args.given, &["shadow_strata"], method, "all light is stored, no shadow rays are cast")?;
+    if picture.method != RenderMethod::TwoPass {
+        refuse(&args.given, &["tau"], method, "it does not choose what is stored")?;
+    }
+    if picture.method != RenderMethod::Path {
+        refuse(&args.given, &["paths", "transport"], method, "it traces no paths")?;
     }
     picture.transport = transport(&args.path);
     picture.paths = args.path.paths.unwrap_or(DEFAULT_PATHS);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::args::ProbeArgs;
 use super::progress::Bars;
+use super::render::clocked;
 use super::{CliError, Outcome, method, plan};
 use crate::frame::{self, GridOptions, GridProbed};
 use crate::geom::DVec3;
@@ -50,7 +51,8 @@ fn run_points(args: &ProbeArgs) -> Result<Outcome, CliError> {
         points: values
             .map(|(i, (p, e))| ProbedPoint::new(p.at, p.normal, *e).with_standard_error(error(i)))
             .collect(),
-        timings: probed.timings,
+        rays_by_kind: report::kinds::by_kind(&probed.meter),
+        timings: clocked(&probed.timings, &probed.meter, probed.caster),
     };
     if let Some(path) = &args.report {
         let mut files = OutputFiles::new();

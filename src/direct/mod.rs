@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::{Mesh, PatchId};
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, Facing, Purpose, RayCaster};
 use crate::scene::{Scene, Shape};
 use crate::units::Rgb;
@@ -161,11 +162,7 @@ impl DirectLight {
             if surface.exitance.is_black() {
                 continue;
             }
-            let whole: Option<&[DVec3]> = match &surface.shape {
-                Shape::Quad(corners) => Some(corners),
-                Shape::Triangle(corners) => Some(corners),
-                _ => None,
-            };
+            let whole = surface.shape.polygon();
             let sides = if surface.two_sided { &[Facing::Front, Facing::Back][..] } else { &[Facing::Front] };
             for side in sides {
                 let areas = match (whole, side) {
@@ -187,8 +184,10 @@ impl DirectLight {
         }
         sources.extend(scene.lights.iter().map(|&light| Source::Light(light)));
         let occluders = options.shadow_coherence.then(Occluders::default);
-        let sampler =
-            Sampler { seed, offset_m, purpose: Purpose::Shadow, occluders, counts: ShadowCounts::default() };
+        let panes = Panes::of(scene, mesh);
+        let counts = ShadowCounts::default();
+        let purpose = Purpose::Shadow;
+        let sampler = Sampler { seed, offset_m, purpose, panes, occluders, counts };
         DirectLight { sources, options, sampler }
     }
 

@@ -7,7 +7,7 @@
 //! A scout, the first ask of a region and source that nothing is known of, goes before the others, so that they profit from
 //! what it finds.
 //! A fan goes down whole or not at all, since its rays' words are the descriptor's; listed targets one by one.
-//! An any-hit answer is one bit, so glass, thin or closed, blocks shadow rays as any surface does.
+//! Thin glass passes light (`raycast/transmit.rs`); closed glass blocks it.
 
 use std::collections::HashSet;
 
@@ -19,6 +19,7 @@ use super::occluders::{Key, Occluders};
 use super::source::{self, Area, Source, Target};
 use crate::geom::Ray;
 use crate::mesh::PatchId;
+use crate::raycast::transmit::Panes;
 use crate::raycast::{CastError, Purpose, Query, RayBundle, RayCaster};
 use crate::sampling::{hash, mix, unit_pair};
 use crate::units::Rgb;
@@ -98,6 +99,8 @@ pub(super) struct Sampler {
     pub offset_m: f64,
     /// What rays are cast for.
     pub purpose: Purpose,
+    /// The scene's thin glass.
+    pub panes: Panes,
     /// None: coherence is off.
     pub occluders: Option<Occluders>,
     pub counts: ShadowCounts,
@@ -371,21 +374,22 @@ impl Sampler {
                 _ => sent.push(bundle.clone()),
             }
         }
-        let blocked = caster.any_hits(self.purpose, Query::Bundles(&sent))?;
-        self.counts.rays += blocked.len() as u64;
-        let mut blocked = blocked.into_iter();
+        let arrives = self.panes.transmitted(caster, self.purpose, Query::Bundles(&sent))?;
+        self.counts.rays += arrives.len() as u64;
+        let mut arrives = arrives.into_iter();
         let mut unexplained: Vec<(Key, Ray)> = Vec::new();
         for (((i, bundle), known), whole) in which.iter().zip(&bundles).zip(&known).zip(whole) {
             let mut passed = Vec::with_capacity(bundle.n_rays());
             let mut open = None;
             for k in 0..bundle.n_rays() {
                 let is_known = known >> k & 1 == 1;
-                let is_blocked = if whole || !is_known { blocked.next() == Some(true) } else { true };
+                let share =
+                    if whole || !is_known { arrives.next().unwrap_or(Rgb::WHITE) } else { Rgb::BLACK };
                 self.counts.known_blocked += u64::from(is_known && !whole);
-                if is_blocked && !is_known {
+                if share.is_black() && !is_known {
                     open = Some(k);
                 }
-                passed.push(if is_blocked { Rgb::BLACK } else { Rgb::WHITE });
+                passed.push(share);
             }
             work[*i].book(&passed);
             if let (Some(k), Some(key)) = (open, key_of(&asks[*i])) {
@@ -441,7 +445,8 @@ impl Sampler {
         self.counts.rays += rays.len() as u64;
         self.counts.seeking_rays += rays.len() as u64;
         for (key, hit) in keys.into_iter().zip(hits) {
-            if let Some(hit) = hit {
+            // What is behind a pane stays unknown.
+            if let Some(hit) = hit.filter(|hit| !self.panes.contains(hit.patch)) {
                 occluders.found(key, hit.patch);
             }
         }

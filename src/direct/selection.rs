@@ -98,9 +98,9 @@ pub struct Selection {
     least_expected: f64,
     /// Sources that are sampled somewhere.
     active: Vec<Active>,
-    /// e_j of active sources over their colour, and w_j.
-    fields: Packed,
-    weights: Packed,
+    /// e_j of active sources, over their colour where that is apart, and w_j.
+    fields: Fields,
+    weights: Fields,
     /// By vertex, then active source.
     seeds: Vec<u16>,
     /// By patch: places in `active`, and whether all of it is seen from there and from around.
@@ -117,47 +117,56 @@ struct Active {
     everywhere: bool,
 }
 
-/// Scalar fields, three in the channels of a reconstruction where that treats channels alike and apart.
+/// A field a source.
 #[derive(Clone, Debug)]
-struct Packed {
-    fields: Vec<Reconstruction>,
-    per_field: usize,
+enum Fields {
+    /// Scalars, three in the channels of a reconstruction.
+    Packed(Vec<Reconstruction>),
+    /// One each, where channels are not alike (coloured glass) or not apart (the limiter looks at luminance).
+    Each(Vec<Reconstruction>),
 }
 
-impl Packed {
+impl Fields {
     /// `value(k, v)`: of scalar field k at vertex v.
-    fn new(
+    fn packed(
         mesh: &Mesh,
         options: ReconstructOptions,
         n: usize,
         value: impl Fn(usize, usize) -> f64 + Sync,
-    ) -> Packed {
-        // The limiter looks at luminance.
-        let per_field = if options.method == Method::HermiteLimited { 1 } else { 3 };
-        let n_fields = n.div_ceil(per_field);
+    ) -> Fields {
         let field = |f: usize| {
-            let of = |v: usize| {
-                let channel = |c: usize| {
-                    let k = if per_field == 1 { f } else { 3 * f + c };
-                    if k < n { value(k, v) } else { 0.0 }
-                };
-                Rgb([channel(0), channel(1), channel(2)])
-            };
-            let vertex: Vec<Rgb> = (0..mesh.vertices.len()).map(of).collect();
-            let element: Vec<Rgb> = element_means(mesh, &vertex);
-            Reconstruction::new(mesh, options, &vertex, &element)
+            let channel = |c: usize, v: usize| if 3 * f + c < n { value(3 * f + c, v) } else { 0.0 };
+            reconstruct(mesh, options, |v| Rgb([channel(0, v), channel(1, v), channel(2, v)]))
         };
-        Packed { fields: (0..n_fields).into_par_iter().map(field).collect(), per_field }
+        Fields::Packed((0..n.div_ceil(3)).into_par_iter().map(field).collect())
     }
 
-    /// All fields at a point.
-    fn at(&self, mesh: &Mesh, at: SurfacePoint, values: &mut Vec<f64>) {
+    /// `value(k, v)`: of field k at vertex v.
+    fn each(
+        mesh: &Mesh,
+        options: ReconstructOptions,
+        n: usize,
+        value: impl Fn(usize, usize) -> Rgb + Sync,
+    ) -> Fields {
+        Fields::Each((0..n).into_par_iter().map(|k| reconstruct(mesh, options, |v| value(k, v))).collect())
+    }
+
+    /// All fields at a point; scalars in all channels.
+    fn at(&self, mesh: &Mesh, at: SurfacePoint, values: &mut Vec<Rgb>) {
         values.clear();
-        for field in &self.fields {
-            let Rgb(channels) = field.evaluate_unclamped(mesh, at);
-            values.extend_from_slice(&channels[..self.per_field]);
+        match self {
+            Fields::Each(fields) => values.extend(fields.iter().map(|f| f.evaluate_unclamped(mesh, at))),
+            Fields::Packed(fields) => {
+                values.extend(fields.iter().flat_map(|f| f.evaluate_unclamped(mesh, at).0).map(Rgb::splat));
+            }
         }
     }
+}
+
+/// From values at the vertices.
+fn reconstruct(mesh: &Mesh, options: ReconstructOptions, value: impl Fn(usize) -> Rgb) -> Reconstruction {
+    let vertex: Vec<Rgb> = (0..mesh.vertices.len()).map(value).collect();
+    Reconstruction::new(mesh, options, &vertex, &element_means(mesh, &vertex))
 }
 
 /// Means of the corners' values.
@@ -242,11 +251,11 @@ impl Selection {
             }
             _ => Vec::new(),
         };
-        let scalar = |k: usize, v: usize| {
-            let Active { source, colour, everywhere } = active[k];
-            let c = received(source as usize, v).filter(|_| !everywhere);
-            c.map_or(0.0, |c| c.received.max_channel() / colour.max_channel())
+        let stored = |k: usize, v: usize| {
+            let Active { source, everywhere, .. } = active[k];
+            received(source as usize, v).filter(|_| !everywhere).map_or(Rgb::BLACK, |c| c.received)
         };
+        let scalar = |k: usize, v: usize| stored(k, v).max_channel() / active[k].colour.max_channel();
         let samples = |k: usize, v: usize| {
             let around = mesh.elements_around(VertexId(v as u32));
             let all = around.iter().all(|e| {
@@ -255,6 +264,7 @@ impl Selection {
             });
             if all && !around.is_empty() { 1.0 } else { 0.0 }
         };
+        let each = reconstruct.method == Method::HermiteLimited || !direct.sampler.panes.is_empty();
         let fields = if active.iter().all(|a| a.everywhere) { 0 } else { active.len() };
         let seeds = (0..mesh.vertices.len()).flat_map(|v| active.iter().map(move |a| (v, a.source)));
         let seed = |(v, s): (usize, u32)| received(s as usize, v).map_or(0, |c| c.seed);
@@ -272,8 +282,11 @@ impl Selection {
             base: Reconstruction::new(mesh, reconstruct, &vertex, &element),
             expected: Reconstruction::new(mesh, Method::Bilinear, &total, &[]),
             least_expected,
-            fields: Packed::new(mesh, reconstruct, fields, scalar),
-            weights: Packed::new(mesh, Method::Bilinear.into(), fields, samples),
+            weights: Fields::packed(mesh, Method::Bilinear.into(), fields, samples),
+            fields: match each {
+                true => Fields::each(mesh, reconstruct, fields, stored),
+                false => Fields::packed(mesh, reconstruct, fields, scalar),
+            },
             seeds: if measured.is_empty() { Vec::new() } else { seeds.map(seed).collect() },
             active,
             of_patch,
@@ -300,16 +313,18 @@ impl Selection {
         self.fields.at(mesh, at, &mut fields);
         self.weights.at(mesh, at, &mut weights);
         for (k, active) in self.active.iter().enumerate() {
-            let (Some(e), Some(w)) = (fields.get(k), weights.get(k)) else { continue };
+            let (Some(e), Some(Rgb([w, ..]))) = (fields.get(k), weights.get(k)) else { continue };
             if !active.everywhere && *w < 1.0 {
-                clamped |= *e < 0.0;
-                irradiance += active.colour * (e.max(0.0) * (1.0 - w));
+                clamped |= e.min_channel() < 0.0;
+                let e = e.map(|e| e.max(0.0));
+                let e = if matches!(self.fields, Fields::Packed(_)) { active.colour * e } else { e };
+                irradiance += e * (1.0 - w);
             }
         }
         let patch = mesh.elements[at.element.0 as usize].patch;
         let sampled = self.of_patch[patch.0 as usize].iter().filter_map(|(k, settled)| {
             let active = &self.active[*k as usize];
-            let weight = if active.everywhere { 1.0 } else { weights.get(*k as usize).copied()? };
+            let weight = if active.everywhere { 1.0 } else { weights.get(*k as usize)?.0[0] };
             let doubtful = self.doubtful_at(mesh, at.element, *k as usize);
             let outlook = Outlook { settled: settled.then_some(true), doubtful };
             (weight > 0.0).then_some(SampledSource { source: active.source, weight, outlook })

@@ -457,3 +457,37 @@ fn light_is_continuous_across_borders_of_classes() {
     assert!(n_borders > 5, "{n_borders} borders between patches that sample other sources");
     assert!(worst < 1e-9, "a gap of {worst}");
 }
+
+/// A slab of n = 1.52 passes .91832 of what falls on it straight, .84347 at 60 degrees; twice the square of that.
+#[test]
+fn light_through_panes_is_dimmed_by_the_slabs_transmittance() {
+    let pane = |name: &str, z: f64| Surface {
+        material: MaterialId(1),
+        ..surface(name, Shape::Quad(ceiling([-9.0, 9.0], [-9.0, 9.0], z)), 0.0, true)
+    };
+    let glass = Material {
+        name: "glass".to_string(),
+        reflectance: Rgb::BLACK,
+        specular: Rgb::BLACK,
+        transmission: Rgb([0.9, 0.8, 0.0]),
+        ior: 1.52,
+    };
+    for (x, cosine, transmittance) in [(0.0, 1.0, 0.918_32), (2.0 * 3f64.sqrt(), 0.5, 0.843_47)] {
+        let position = DVec3::new(x, 0.0, 2.0);
+        let distance = position.length();
+        let free = cosine / (distance * distance);
+        for n_panes in 1..3 {
+            let panes = [pane("pane", 0.5), pane("another", 1.0)];
+            let mut scene =
+                scene(panes[..n_panes].to_vec(), vec![Light::Point { position, intensity: Rgb::WHITE }]);
+            scene.materials.push(glass.clone());
+            for e in gathered(&scene, &[up(1)], 2, 1).concat() {
+                let through = |t: f64| free * (t * transmittance).powi(n_panes as i32);
+                let want = [through(0.9), through(0.8), 0.0];
+                for (e, want) in e.0.iter().zip(want) {
+                    assert!((e - want).abs() < 2e-5 * free, "{n_panes} panes, x = {x}: {e}, not {want}");
+                }
+            }
+        }
+    }
+}

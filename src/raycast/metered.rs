@@ -111,7 +111,7 @@ impl RayCaster for MeteredCaster<'_> {
         meter.booked(purpose, query, || inner.any_hits(purpose, query), |hit| *hit, true)
     }
 
-    /// No cast: the host's work.
+    /// Tests of the host's own: neither rays nor time of the caster's.
     fn blocked_by(&self, purpose: Purpose, tests: &[(&RayBundle, PatchId)]) -> Vec<u64> {
         self.inner.blocked_by(purpose, tests)
     }

@@ -243,8 +243,12 @@ pub struct QualityReport {
     pub samples: u32,
     /// Most camera rays of a pixel.
     pub max_samples: u32,
-    /// Shadow rays: n x n strata.
+    /// Difference of tones that calls for more than `samples`; none where all pixels have as many.
+    pub contrast: Option<f64>,
+    /// Shadow rays: n x n strata at most.
     pub shadow_strata: u32,
+    /// Share of the light at a point that they may leave in doubt.
+    pub shadow_error: f64,
 }
 
 /// `solve --report`.
@@ -429,6 +433,8 @@ pub struct ProbeReport {
     pub by_paths: Option<PathOptions>,
     /// The points in the order in which they were asked for.
     pub points: Vec<ProbedPoint>,
+    /// Rays by what they were cast for.
+    pub rays_by_kind: Vec<KindReport>,
     /// Wall times.
     pub timings: Timings,
 }

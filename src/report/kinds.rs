@@ -54,6 +54,9 @@ impl RayCastingTime {
     }
 }
 
+/// Share of explicit rays beside bundles from which on the summary tells it.
+const TOLD_SHARE: f64 = 0.01;
+
 /// Rays by kind, in a line or two.
 pub(super) fn kind_lines(out: &mut String, kinds: &[KindReport]) {
     if kinds.is_empty() {
@@ -68,7 +71,9 @@ fn kind_text(kind: &KindReport) -> String {
     let plain = |n: u64| count(n, "").trim_end().to_owned();
     let how = match (c.bundles, c.explicit_rays) {
         (0, _) => "explicit".to_owned(),
-        (bundles, 0) => format!("{} a bundle", mean(c.bundle_rays, bundles)),
+        (bundles, explicit) if share(explicit, c.rays) < TOLD_SHARE => {
+            format!("{} a bundle", mean(c.bundle_rays, bundles))
+        }
         (bundles, explicit) => {
             format!(
                 "{} a bundle, {} explicit",

@@ -180,15 +180,13 @@ fn film_line(out: &mut String, r: &RenderReport) {
     if let Some(q) = &r.quality {
         let elements =
             q.elements.map_or("the scene's elements".to_owned(), |n| count(n.into(), "elements wanted"));
-        let rays = match q.max_samples == q.samples {
-            true => count(q.samples.into(), "camera rays a pixel"),
-            false => format!("{} to {} camera rays a pixel", q.samples, q.max_samples),
+        let rays = match q.contrast {
+            None => count(q.samples.into(), "camera rays a pixel"),
+            Some(c) => format!("{} to {} camera rays a pixel (contrast {c})", q.samples, q.max_samples),
         };
-        told.push(format!(
-            "{} quality: {elements}, {rays}, {n} x {n} shadow strata",
-            q.name,
-            n = q.shadow_strata
-        ));
+        let shadows =
+            format!("{n} x {n} shadow rays at most to {}", percent(q.shadow_error), n = q.shadow_strata);
+        told.push(format!("{} quality: {elements}, {rays}, {shadows}", q.name));
     }
     if let Some(region) = o.region {
         let Region { x, y, width, height } = region;

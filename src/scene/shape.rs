@@ -1,10 +1,21 @@
-//! Areas of shapes: of the true surface, not of the facets that it is meshed into.
+//! Shapes: their areas, of the true surface, not of the facets that it is meshed into; the polygons among them.
 
 use std::f64::consts::PI;
+
+use glam::DVec3;
 
 use super::Shape;
 
 impl Shape {
+    /// The corners of a plane polygon; none of round and many-faced shapes.
+    pub fn polygon(&self) -> Option<&[DVec3]> {
+        match self {
+            Shape::Quad(corners) => Some(corners),
+            Shape::Triangle(corners) => Some(corners),
+            _ => None,
+        }
+    }
+
     /// Area of one side (m^2).
     pub fn area_m2(&self) -> f64 {
         match self {

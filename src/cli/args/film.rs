@@ -22,11 +22,11 @@ pub enum FilterArg {
 /// One knob over elements, camera rays and shadow rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum QualityArg {
-    /// A quick look
+    /// A quick look: a quarter of the scene's elements
     Draft,
-    /// What is done without --quality
+    /// The scene's elements, edges without stairs
     Normal,
-    /// For print
+    /// For print: four times the scene's elements
     High,
 }
 
@@ -70,8 +70,8 @@ fn region(text: &str) -> Result<Region, String> {
 /// How camera rays become pixels.
 #[derive(Debug, Args)]
 pub struct FilmArgs {
-    /// One knob over elements, camera rays and shadow rays; what is given beside it (--elements, --samples, --shadow-strata,
-    /// --contrast) wins [default: normal]
+    /// One knob over elements, camera rays and shadow rays; what is given beside it (--elements, --samples, --contrast,
+    /// --shadow-strata, --shadow-error) wins [default: none, each of these has its own default]
     #[arg(long, value_enum)]
     pub quality: Option<QualityArg>,
     /// With --samples MIN..MAX: difference of tones (0 black to 1 white) between neighbours that calls for more rays; a

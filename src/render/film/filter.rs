@@ -209,6 +209,21 @@ mod tests {
     }
 
     #[test]
+    fn pixel_with_many_rays_draws_no_more_light_than_one_with_few() {
+        let lit = |n: usize| vec![Rgb::WHITE; n];
+        let dark = |n: usize| vec![Rgb::BLACK; n];
+        for filter in [Filter::Tent, Filter::Gaussian, Filter::Mitchell] {
+            // Columns dark, dark, lit, lit, lit; the third with 16 rays or with 1: the dark one beside it stays dark.
+            let beside = |n: usize| {
+                let rays: Vec<Vec<Rgb>> =
+                    (0..25).map(|i| [dark(1), dark(1), lit(n), lit(1), lit(1)][i % 5].clone()).collect();
+                gather(filter, Places::Growing(16), whole(5, 5), whole(5, 5), &rays).pixels[11].0[0]
+            };
+            assert!((beside(16) - beside(1)).abs() < 0.2, "{filter:?}: {} and {}", beside(16), beside(1));
+        }
+    }
+
+    #[test]
     fn box_gives_the_mean_of_a_pixels_own_rays() {
         let rays: Vec<Vec<Rgb>> = (0..6).map(|i| vec![Rgb::splat(f64::from(i)), Rgb::splat(1.0)]).collect();
         let picture = gather(Filter::Box, Places::Fixed(2), whole(3, 2), whole(3, 2), &rays);

@@ -15,7 +15,7 @@ use crate::geom::Ray;
 use crate::mesh::{Mesh, PatchId};
 use crate::radiosity::{kernel, lights};
 use crate::raycast::Facing;
-use crate::scene::{Light, Scene, Shape};
+use crate::scene::{Light, Scene};
 use crate::units::Rgb;
 
 /// A triangle of a piece.
@@ -116,11 +116,7 @@ impl Emitters {
             if surface.exitance.is_black() {
                 continue;
             }
-            let whole: Option<&[DVec3]> = match &surface.shape {
-                Shape::Quad(corners) => Some(corners),
-                Shape::Triangle(corners) => Some(corners),
-                _ => None,
-            };
+            let whole = surface.shape.polygon();
             for (side, range) in [(Facing::Front, &patches.front), (Facing::Back, &patches.back)] {
                 let mut add = |corners: &[DVec3]| {
                     pieces.push(Piece::new(corners, side, surface.exitance));
