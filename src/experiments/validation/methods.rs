@@ -17,8 +17,9 @@ const SCENES: [(&str, &str); 2] = [
 ];
 /// The estimate is a standard error, of noise alone: what `vertex` gets wrong by few visibility rays is on top.
 const ESTIMATES: f64 = 1.5;
-/// Total incident power, which hardly depends on the noise.
-const POWER: f64 = 0.005;
+/// Total incident power. No noise (seeds move it by 0.05 %): a patch shoots evenly what its four elements received, a bundle
+/// starts where its element lies, which makes 0.6 % on the coarse mesh of the comparison.
+const POWER: f64 = 0.01;
 
 /// Rows of `hemisphere` against `vertex`.
 ///
