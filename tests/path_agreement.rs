@@ -14,7 +14,6 @@ use radiosity_engine::image::Film;
 use radiosity_engine::radiosity::{ProbePoint, SolveOptions};
 use radiosity_engine::render::path::PathOptions;
 use radiosity_engine::render::{RenderMethod, RenderOptions, Transport};
-use rtl_model::spec::BoardSpec;
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).join("scene.toml")
@@ -97,7 +96,7 @@ fn two_pass_and_path_tracing_of_its_transport_agree_within_one_and_a_half_per_ce
         let (difference, noise) = agreement(name, 128, 512, &frame_options(CasterChoice::Software, None));
         println!("{name}, software: {:.2} %, noise {:.2} %", 100.0 * difference, 100.0 * noise);
         assert!(difference < 0.015, "{name}: {difference}, noise {noise}");
-        let board = CasterChoice::Board(Box::new(BoardSpec::default()));
+        let board = CasterChoice::Board(Box::default());
         let (difference, noise) = agreement(name, 24, 16, &frame_options(board, Some(600)));
         println!("{name}, board, small: {:.2} %, noise {:.2} %", 100.0 * difference, 100.0 * noise);
     }
