@@ -84,7 +84,9 @@ fn account_of_rooms_with_a_pane_between_closes_however_power_is_shot() {
         assert!((0.01..0.3).contains(&(on_elements + on_backs)) && on_elements > 0.0, "{case}");
         assert_eq!(on_backs > 0.005, !two_sided, "{case}");
         assert_eq!(share(a.lost_w) > 0.01, open, "{case}");
-        assert!(share(a.residual_w).abs() < 0.01, "{case}");
+        // What meets backs is measured by a few dozen rays a shooter, what passes on from there by all its form factors.
+        let most = if two_sided { 0.01 } else { 0.02 };
+        assert!(share(a.residual_w).abs() < most, "{case}");
         if options.form_factors == FormFactorMethod::Vertex {
             assert!(solution.row_sum_error.mean < 0.03, "{:?}", solution.row_sum_error);
         }
