@@ -126,7 +126,9 @@ fn measure(case: &Case, extent: Extent) -> Result<Outcome, ExperimentError> {
         let refine = RefineOptions { wanted_error: search.wanted(), ..RefineOptions::default() };
         let meshed = of(&adaptive(&scene, target, &options, &refine)?);
         let ratio = meshed.errors.bilinear / allowed;
-        search.tell(ratio);
+        // A mesh larger than the uniform one is no answer: far coarser, whatever its error.
+        let is_larger = ratio <= 1.0 && meshed.elements > uniform.elements;
+        search.tell(if is_larger { ratio.min(0.4) } else { ratio });
         let is_coarsest = meshed.elements == n_patches;
         ours.push(meshed);
         if is_coarsest && ratio <= 1.0 {
