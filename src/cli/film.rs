@@ -56,7 +56,7 @@ impl Quality {
                 samples: 1,
                 max_samples: 8,
                 shadow_strata: 8,
-                shadow_error: 0.02,
+                shadow_error: 0.01,
                 contrast: CONTRAST,
             },
             QualityArg::High => Quality {

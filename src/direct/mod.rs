@@ -125,9 +125,9 @@ impl Default for DirectOptions {
         DirectOptions {
             shadow_strata: 8,
             shadow_sampling: ShadowSampling::Adaptive,
-            shadow_error: 0.02,
+            shadow_error: 0.01,
             shadow_coherence: true,
-            stored_share: 0.1,
+            stored_share: 0.02,
         }
     }
 }
@@ -268,10 +268,17 @@ fn ask<'a>(
     Some((unoccluded, ask))
 }
 
+/// Sources that all around see wholly are taken for visible without a ray, where they give less than so many times the error
+/// that may be left: a shadow between the points of a patch would not be noticed.
+const TRUSTED: f64 = 10.0;
+
 /// The samples of a source from which `luminance` arrives when all of it is visible, where `expected` does in all.
 fn pattern(options: &DirectOptions, luminance: f64, expected: f64, outlook: Outlook) -> Pattern {
     if options.shadow_sampling == ShadowSampling::Full {
         return Pattern::Full(options.shadow_strata);
+    }
+    if outlook.settled == Some(true) && luminance <= TRUSTED * options.shadow_error * expected {
+        return Pattern::Visible;
     }
     let least_share = options.shadow_error * expected / luminance;
     let max_level = (options.shadow_strata.ilog2() as u8).min(MAX_LEVEL);

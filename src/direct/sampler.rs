@@ -46,6 +46,8 @@ pub(super) struct Ask<'a> {
 pub(super) enum Pattern {
     /// n x n strata.
     Full(u32),
+    /// None: all of it is visible.
+    Visible,
     /// Few, then more where they disagree.
     Adaptive {
         /// One sample does unless it disagrees with this.
@@ -160,6 +162,7 @@ impl Sampler {
     fn begin(&self, ask: &Ask<'_>) -> Work {
         let jitter = source::jitter(self.seed, ask.key, u64::from(ask.source_index));
         match ask.source {
+            _ if ask.pattern == Pattern::Visible => Work::sums(None, Vec::new(), 1.0),
             Source::Light(light) => match source::light_direction(light) {
                 Some(toward) => {
                     let step = DVec3::ZERO;
@@ -176,12 +179,14 @@ impl Sampler {
             },
             Source::Areas { areas, .. } => match (&areas[..], ask.pattern) {
                 ([area], Pattern::Full(strata)) => self.full(ask, area, strata, jitter),
-                ([area], Pattern::Adaptive { expected: Some(_), .. }) => self.full(ask, area, 1, jitter),
+                ([area], Pattern::Visible | Pattern::Adaptive { expected: Some(_), .. }) => {
+                    self.full(ask, area, 1, jitter)
+                }
                 ([area], Pattern::Adaptive { expected: None, .. }) => self.lattice(ask, area),
                 (_, pattern) => {
                     let n = match pattern {
                         Pattern::Full(strata) => (strata * strata) as usize,
-                        Pattern::Adaptive { expected: Some(_), .. } => 1,
+                        Pattern::Visible | Pattern::Adaptive { expected: Some(_), .. } => 1,
                         Pattern::Adaptive { expected: None, .. } => 4,
                     };
                     self.listed(ask, &self.spread(ask, areas, n, jitter))
