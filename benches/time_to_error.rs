@@ -29,8 +29,8 @@ const WANTED: f64 = 0.01;
 /// Paths per pixel of the first count.
 const FIRST_PATHS: u32 = 16;
 /// Settings of two-pass, from fast to good: elements, shadow strata, dense visibility in pass 1.
-const SETTINGS: [(u32, u32, bool); 5] =
-    [(2500, 4, false), (5000, 4, true), (10_000, 4, true), (20_000, 8, true), (40_000, 8, true)];
+const SETTINGS: [(u32, u32, bool); 4] =
+    [(5000, 8, true), (10_000, 8, true), (20_000, 8, true), (40_000, 8, true)];
 
 /// A picture, and what it took.
 struct Timed {

@@ -71,10 +71,9 @@ fn found(surfaces: &str, points: &[ProbePoint], options: PathOptions) -> Vec<Pat
 
 /// Within four standard errors and rounding, and the error itself under `most` of the value.
 fn assert_is(found: &PathIrradiance, want: [f64; 3], most: f64) {
-    for c in 0..3 {
-        let (mean, error) = (found.mean.0[c], found.standard_error.0[c]);
-        assert!((mean - want[c]).abs() <= 4.0 * error + 1e-6 * want[c], "{mean} +- {error}, not {}", want[c]);
-        assert!(error <= most * want[c], "{mean} +- {error}: an error under {most} was expected");
+    for ((mean, error), want) in found.mean.0.into_iter().zip(found.standard_error.0).zip(want) {
+        assert!((mean - want).abs() <= 4.0 * error + 1e-6 * want, "{mean} +- {error}, not {want}");
+        assert!(error <= most * want, "{mean} +- {error}: an error under {most} was expected");
     }
 }
 

@@ -1,7 +1,8 @@
 //! Which part of an area source is visible: a lattice of looks that is refined where they disagree.
 //!
 //! ```text
-//! corners of the whole square --all agree--> all of it is visible, or none
+//! two corners across the square --as is likely here--> all of it is visible, or none
+//! all four corners --all agree--> the same
 //!   --disagree, or doubtful--> quarters, their corners --disagree--> ... --cells of the last level but one--> a jittered
 //!   sample in each of its quarters
 //! visible share = sum w v / sum w over the cells that are left
@@ -87,7 +88,12 @@ pub(super) struct Lattice {
     open: Vec<Cell>,
     leaves: Vec<Leaf>,
     n_looks: usize,
+    /// What two corners across are to confirm.
+    likely: Option<bool>,
 }
+
+/// The whole square.
+const WHOLE: Cell = Cell { x: 0, y: 0, level: 0 };
 
 impl Cell {
     fn corners(self) -> [usize; 4] {
@@ -134,16 +140,23 @@ fn corner_place(corner: usize) -> [f64; 2] {
 }
 
 impl Lattice {
-    /// The whole square and the looks that it needs; `weight` of a place per unit of the square's area.
-    pub fn new(weight: &impl Fn([f64; 2]) -> f64) -> (Lattice, Vec<Look>) {
-        let whole = Cell { x: 0, y: 0, level: 0 };
+    /// The whole square and the looks that it needs; `weight` of a place per unit of the square's area. Two looks do where
+    /// they confirm what is `likely`, all of it visible or none: a straight edge between them and the other corners cuts off
+    /// an eighth of the square in the mean.
+    pub fn new(likely: Option<bool>, weight: &impl Fn([f64; 2]) -> f64) -> (Lattice, Vec<Look>) {
+        let whole = WHOLE;
         let mut lattice = Lattice {
             corners: [Corner::Unknown; CORNERS * CORNERS],
             open: vec![whole],
             leaves: Vec::new(),
             n_looks: 0,
+            likely,
         };
-        let looks = lattice.ask_corners(weight);
+        let [first, _, _, last] = whole.corners();
+        let looks = match likely {
+            Some(_) => lattice.ask(&[first, last], weight),
+            None => lattice.ask_corners(weight),
+        };
         (lattice, looks)
     }
 
@@ -163,9 +176,18 @@ impl Lattice {
         weight: &impl Fn([f64; 2]) -> f64,
         jitter: &impl Fn(u8, u8, u8) -> [f64; 2],
     ) -> Vec<Look> {
+        if let Some(likely) = self.likely.take() {
+            let (mean, agree) = self.looked_at(WHOLE);
+            if !agree || mean.is_black() == likely || how.doubtful != 0 {
+                let looks = self.ask_corners(weight);
+                if !looks.is_empty() {
+                    return looks;
+                }
+            }
+        }
         let open = std::mem::take(&mut self.open);
         let centre_weight = |c: Cell| weight(c.centre()) * c.side() * c.side();
-        let whole = centre_weight(Cell { x: 0, y: 0, level: 0 });
+        let whole = centre_weight(WHOLE);
         let mut sampled = Vec::new();
         for cell in open {
             let (mean, agree) = self.looked_at(cell);
@@ -215,8 +237,14 @@ impl Lattice {
 
     /// Looks at the corners of open cells of which nothing is known.
     fn ask_corners(&mut self, weight: &impl Fn([f64; 2]) -> f64) -> Vec<Look> {
+        let corners: Vec<usize> = self.open.iter().flat_map(|cell| cell.corners()).collect();
+        self.ask(&corners, weight)
+    }
+
+    /// Looks at those of some corners of which nothing is known.
+    fn ask(&mut self, corners: &[usize], weight: &impl Fn([f64; 2]) -> f64) -> Vec<Look> {
         let mut looks = Vec::new();
-        for corner in self.open.iter().flat_map(|cell| cell.corners()) {
+        for &corner in corners {
             let place = corner_place(corner);
             if self.corners[corner] != Corner::Unknown {
                 continue;
@@ -267,7 +295,16 @@ mod tests {
 
     /// Looks until nothing is left to see; how many looks that took.
     fn inspect(how: Fineness, seed: u64, sees: impl Fn([f64; 2]) -> bool) -> (Lattice, usize) {
-        let (mut lattice, mut looks) = Lattice::new(&EVEN);
+        inspect_likely(None, how, seed, sees)
+    }
+
+    fn inspect_likely(
+        likely: Option<bool>,
+        how: Fineness,
+        seed: u64,
+        sees: impl Fn([f64; 2]) -> bool,
+    ) -> (Lattice, usize) {
+        let (mut lattice, mut looks) = Lattice::new(likely, &EVEN);
         let mut n = 0;
         while !looks.is_empty() {
             n += looks.len();
@@ -290,6 +327,19 @@ mod tests {
             assert_eq!(n, 4);
             assert_eq!(lattice.share(), Some(if sees { Rgb::WHITE } else { Rgb::BLACK }));
             assert_eq!(lattice.seed(), seed);
+        }
+    }
+
+    #[test]
+    fn two_corners_do_where_they_confirm_what_is_likely() {
+        for likely in [true, false] {
+            let (lattice, n) = inspect_likely(Some(likely), how(3), 1, |_| likely);
+            assert_eq!((n, lattice.share()), (2, Some(if likely { Rgb::WHITE } else { Rgb::BLACK })));
+            let (lattice, n) = inspect_likely(Some(likely), how(3), 1, |_| !likely);
+            assert_eq!((n, lattice.share()), (4, Some(if likely { Rgb::BLACK } else { Rgb::WHITE })));
+            let half = |[s, _]: [f64; 2]| s < 0.5;
+            let (lattice, n) = inspect_likely(Some(likely), how(3), 1, half);
+            assert!(n > 8 && (lattice.share().unwrap().0[0] - 0.5).abs() < 0.1, "{n}");
         }
     }
 

@@ -87,6 +87,8 @@ pub struct SampledSource {
 struct Outlook {
     /// All vertices of the patch and of its neighbours see all of it, or none.
     settled: Option<bool>,
+    /// All corners of the element see all of it, or none.
+    likely: Option<bool>,
     /// Parts of it, on a grid of 4 x 4, that some corners of the element see and others do not.
     doubtful: u16,
 }
@@ -285,8 +287,9 @@ fn pattern(options: &DirectOptions, luminance: f64, expected: f64, outlook: Outl
     // One ray is good enough, whatever it says, where little is at stake.
     let one_will_do = least_share >= 1.0 || max_level == 0;
     let expected = outlook.settled.or(one_will_do.then_some(true));
+    let likely = outlook.likely;
     let how = Fineness { max_level, least_share, doubtful: outlook.doubtful };
-    Pattern::Adaptive { expected, how }
+    Pattern::Adaptive { expected, likely, how }
 }
 
 /// The faces of a face set as they are seen from one side.

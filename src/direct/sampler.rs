@@ -52,6 +52,8 @@ pub(super) enum Pattern {
     Adaptive {
         /// One sample does unless it disagrees with this.
         expected: Option<bool>,
+        /// Two corners do unless they disagree with this.
+        likely: Option<bool>,
         how: Fineness,
     },
 }
@@ -120,7 +122,7 @@ struct Work {
 
 enum Samples {
     /// Of a planar area.
-    Square(Lattice),
+    Square(Box<Lattice>),
     /// Sums of weights, and of weights times what passed.
     Sums { weight: f64, visible: Rgb },
 }
@@ -182,7 +184,7 @@ impl Sampler {
                 ([area], Pattern::Visible | Pattern::Adaptive { expected: Some(_), .. }) => {
                     self.full(ask, area, 1, jitter)
                 }
-                ([area], Pattern::Adaptive { expected: None, .. }) => self.lattice(ask, area),
+                ([area], Pattern::Adaptive { expected: None, likely, .. }) => self.lattice(ask, area, likely),
                 (_, pattern) => {
                     let n = match pattern {
                         Pattern::Full(strata) => (strata * strata) as usize,
@@ -256,12 +258,12 @@ impl Sampler {
         (target, self.weight(ask, area, target, density))
     }
 
-    fn lattice(&self, ask: &Ask<'_>, area: &Area) -> Work {
-        let (lattice, looks) = Lattice::new(&|place| self.look_at(ask, area, place).1);
+    fn lattice(&self, ask: &Ask<'_>, area: &Area, likely: Option<bool>) -> Work {
+        let (lattice, looks) = Lattice::new(likely, &|place| self.look_at(ask, area, place).1);
         if looks.is_empty() {
             return self.centre(ask, area);
         }
-        let samples = Samples::Square(lattice);
+        let samples = Samples::Square(Box::new(lattice));
         let mut work = Work { samples, awaited: Awaited::Looks(Vec::new()), bundle: None, level: 0 };
         self.await_looks(ask, area, &mut work, looks);
         work
@@ -286,7 +288,7 @@ impl Sampler {
 
     /// Makes the next bundle of an ask whose samples leave something open.
     fn refine(&self, work: &mut Work, ask: &Ask<'_>) {
-        let Pattern::Adaptive { expected, how } = ask.pattern else { return };
+        let Pattern::Adaptive { expected, how, .. } = ask.pattern else { return };
         let Source::Areas { areas, .. } = ask.source else { return };
         let [area] = &areas[..] else { return self.refine_spread(work, ask, areas) };
         match &mut work.samples {
@@ -312,7 +314,7 @@ impl Sampler {
             Samples::Sums { weight, visible } => {
                 let surprised = *weight > 0.0 && expected.is_some_and(|e| e == visible.is_black());
                 if work.level == 0 && surprised && how.max_level > 0 && how.least_share < 1.0 {
-                    *work = Work { level: 1, ..self.lattice(ask, area) };
+                    *work = Work { level: 1, ..self.lattice(ask, area, None) };
                 }
             }
         }
@@ -320,7 +322,7 @@ impl Sampler {
 
     /// Four times the samples of a curved source that is seen in part.
     fn refine_spread(&self, work: &mut Work, ask: &Ask<'_>, areas: &[Area]) {
-        let Pattern::Adaptive { expected, how } = ask.pattern else { return };
+        let Pattern::Adaptive { expected, how, .. } = ask.pattern else { return };
         let Samples::Sums { weight, visible } = work.samples else { return };
         if weight <= 0.0 || work.level >= how.max_level {
             return;

@@ -325,8 +325,8 @@ impl Selection {
         let sampled = self.of_patch[patch.0 as usize].iter().filter_map(|(k, settled)| {
             let active = &self.active[*k as usize];
             let weight = if active.everywhere { 1.0 } else { weights.get(*k as usize)?.0[0] };
-            let doubtful = self.doubtful_at(mesh, at.element, *k as usize);
-            let outlook = Outlook { settled: settled.then_some(true), doubtful };
+            let seen = self.seen_at(mesh, at.element, *k as usize);
+            let outlook = Outlook { settled: settled.then_some(true), ..seen };
             (weight > 0.0).then_some(SampledSource { source: active.source, weight, outlook })
         });
         let sampled = Some(sampled.collect());
@@ -334,16 +334,21 @@ impl Selection {
         StoredLight { irradiance, clamped, expected, sampled }
     }
 
-    /// Parts of an active source that some corners of an element see and others do not.
-    fn doubtful_at(&self, mesh: &Mesh, element: ElementId, k: usize) -> u16 {
+    /// What the corners of an element see of an active source.
+    fn seen_at(&self, mesh: &Mesh, element: ElementId, k: usize) -> Outlook {
         if self.seeds.is_empty() {
-            return 0;
+            return Outlook::default();
         }
         let corners = mesh.elements[element.0 as usize].corners;
         let seed = |v: &VertexId| self.seeds[v.0 as usize * self.active.len() + k];
         let join = |[all, any]: [u16; 2], seed: u16| [all & seed, any | seed];
         let [all, any] = corners.vertices().iter().map(seed).fold([u16::MAX, 0], join);
-        any & !all
+        let likely = match [all, any] {
+            [u16::MAX, _] => Some(true),
+            [_, 0] => Some(false),
+            _ => None,
+        };
+        Outlook { settled: None, likely, doubtful: any & !all }
     }
 }
 

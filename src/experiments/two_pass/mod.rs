@@ -75,7 +75,10 @@ impl Way {
             Way::Full => full,
             Way::Selection => DirectOptions { stored_share, ..full },
             Way::Coherence => DirectOptions { stored_share, shadow_coherence: true, ..full },
+            // Half the rays along an edge leave twice the doubt.
             Way::Adaptive => DirectOptions {
+                shadow_error: f64::from(STRATA[2]) / f64::from(strata)
+                    * DirectOptions::default().shadow_error,
                 stored_share,
                 shadow_coherence: true,
                 shadow_sampling: ShadowSampling::Adaptive,
