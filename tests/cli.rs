@@ -554,7 +554,7 @@ fn generate_with_a_count_or_a_name_that_cannot_be_is_refused() {
     refused("random-patches", "-1", "a.toml", "-1 is not in 1..=100000");
     refused("furnished-room", "1001", "a.toml", "--count 1001: expected 1 to 1000 for furnished-room");
     refused("segments-2d", "10001", "a.toml", "--count 10001: expected 1 to 10000 for segments-2d");
-    refused("spheres", "10", "a.toml", "random-patches, furnished-room, segments-2d");
+    refused("spheres", "10", "a.toml", "random-patches, furnished-room, many-lamps, segments-2d");
     refused("random-patches", "10", "a.json", "expected a name that ends in .toml");
     refused("random-patches", "10", "none/a.toml", "does not exist");
     place.refused(&["generate", "random-patches", "-o", "a.toml"], "--count");

@@ -96,18 +96,42 @@ impl FormFactors<'_> {
                 shooters.iter().zip(&plans).map(|(aim, plan)| self.second_plan(*aim, plan)).collect();
             plans.extend(second);
         }
-        let mut bundles: Vec<Vec<RayBundle>> = plans.par_iter().map(|plan| self.bundles(plan)).collect();
+        let mut bundles: Vec<Vec<(u32, RayBundle)>> =
+            plans.par_iter().map(|plan| self.bundles(plan)).collect();
         // Receivers block by block, in each block shooter by shooter: neighbouring bundles meet the same patches, and a
         // cluster of the board that is given a range of them keeps to a part of the scene.
+        let n_receivers = self.receivers.all.len().max(1);
+        let block = |first: u32| first as usize * RECEIVER_BLOCKS / n_receivers;
         let mut order: Vec<(usize, usize)> = Vec::new();
-        for block in 0..RECEIVER_BLOCKS {
-            for (p, of_plan) in bundles.iter().enumerate() {
-                let edge = |k: usize| k * of_plan.len() / RECEIVER_BLOCKS;
-                order.extend((edge(block)..edge(block + 1)).map(|b| (p, b)));
-            }
+        for (p, of_plan) in bundles.iter().enumerate() {
+            order.extend((0..of_plan.len()).map(|b| (p, b)));
         }
+        order.sort_by_key(|&(p, b)| {
+            let first = bundles[p][b].0;
+            (block(first), p, first, b)
+        });
+        // Where the answers of a shooter's bundles begin among all of its.
+        let starts: Vec<Vec<usize>> = bundles
+            .iter()
+            .map(|of_plan| {
+                let mut sum = 0;
+                let start = |(_, bundle): &(u32, RayBundle)| {
+                    let start = sum;
+                    sum += bundle.n_rays();
+                    start
+                };
+                of_plan.iter().map(start).collect()
+            })
+            .collect();
+        let mut blocked: Vec<Sight> = bundles
+            .iter()
+            .map(|of_plan| {
+                let n_rays = of_plan.iter().map(|(_, bundle)| bundle.n_rays()).sum();
+                Sight { shares: vec![0.0; n_rays], through: Vec::new() }
+            })
+            .collect();
         let nothing = RayBundle::Targets { apex: DVec3::ZERO, points: Vec::new() };
-        let take = |&(p, b): &(usize, usize)| std::mem::replace(&mut bundles[p][b], nothing.clone());
+        let take = |&(p, b): &(usize, usize)| std::mem::replace(&mut bundles[p][b].1, nothing.clone());
         let query: Vec<RayBundle> = order.iter().map(take).collect();
         let answers = match query.is_empty() {
             true => Vec::new(),
@@ -116,14 +140,13 @@ impl FormFactors<'_> {
         let passed =
             self.panes.behind_panes(caster, Purpose::FormFactor, Query::Bundles(&query), &answers)?;
         let mut passed = passed.iter().peekable();
-        // Blocks of a shooter come in order, so its answers do too.
-        let mut blocked: Vec<Sight> =
-            plans.iter().map(|_| Sight { shares: Vec::new(), through: Vec::new() }).collect();
         let mut at = 0;
-        for (&(p, _), bundle) in order.iter().zip(&query) {
+        for (&(p, b), bundle) in order.iter().zip(&query) {
             let (sight, end) = (&mut blocked[p], at + bundle.n_rays());
-            let start = sight.shares.len();
-            sight.shares.extend(answers[at..end].iter().map(|blocked| f32::from(u8::from(!blocked))));
+            let start = starts[p][b];
+            for (share, blocked) in sight.shares[start..].iter_mut().zip(&answers[at..end]) {
+                *share = f32::from(u8::from(!blocked));
+            }
             while let Some(passed) = passed.next_if(|passed| passed.index < end) {
                 let ray = start + passed.index - at;
                 // A factor has no colour.
@@ -132,6 +155,7 @@ impl FormFactors<'_> {
             }
             at = end;
         }
+        blocked.iter_mut().for_each(|sight| sight.through.sort_unstable_by_key(|(ray, _)| *ray));
         let (plans, second_plans) = plans.split_at(shooters.len());
         let (blocked, second_blocked) = blocked.split_at(shooters.len());
         let row = |p: usize| {
@@ -357,22 +381,25 @@ impl FormFactors<'_> {
         shooter.looks(receiver.target, receiver.normal, first % N_STRATA, look == Look::Full)
     }
 
-    /// `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`].
-    fn bundles(&self, plan: &Plan) -> Vec<RayBundle> {
+    /// `Targets` bundles stratum by stratum, receivers in mesh order: a ray per entry of [`Plan::owners`]; each with its first
+    /// receiver.
+    fn bundles(&self, plan: &Plan) -> Vec<(u32, RayBundle)> {
         let shooter = &plan.shooter;
         let mut bundles = Vec::new();
         for (stratum, &apex) in shooter.apexes.iter().enumerate() {
             let looking: Vec<u32> = plan.looking_at(1 << stratum).map(|i| i as u32).collect();
             let target = |i: &u32| self.receivers.all[*i as usize].target;
-            let bundle =
-                |chunk: &[u32]| RayBundle::Targets { apex, points: chunk.iter().map(target).collect() };
+            let bundle = |chunk: &[u32]| {
+                let points = chunk.iter().map(target).collect();
+                (chunk[0], RayBundle::Targets { apex, points })
+            };
             bundles.par_extend(looking.par_chunks(MAX_BUNDLE_RAYS).with_min_len(64).map(bundle));
         }
         bundles.extend(plan.looking_at(MIDDLE).map(|i| {
             let r = &self.receivers.all[i];
             let middle = shooter.source.centre_above_horizon(r.point, r.normal);
             let apex = middle.unwrap_or(shooter.centre) + self.offset_m * shooter.normal;
-            RayBundle::Targets { apex, points: vec![r.target] }
+            (i as u32, RayBundle::Targets { apex, points: vec![r.target] })
         }));
         bundles
     }
