@@ -82,7 +82,7 @@ pub(super) fn run(extent: Extent) -> Result<Findings, ExperimentError> {
              Scenes have {ELEMENTS} elements, as a scene file without `[meshing]` asks for, the lit cube those of its scene \
              file, {} m. The error is ours / formula - 1, or ours where \
              the formula says 0. Row sums and energy residuals are as they come: nothing is renormalised. Light through glass \
-             is not part of pass 1 and has no row. A path tracer, as a second solver, comes later.",
+             has no row. A path tracer as a second solver: docs/path-tracing.md.",
             setting::UNSHOT_SHARE,
             lit_cube::ELEMENT_M,
         ),
