@@ -85,7 +85,7 @@ pub struct SampledSource {
 /// What is known of a source's visibility around a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Outlook {
-    /// All vertices of the patch and of its neighbours see all of it, or none.
+    /// All points of the patch and of its neighbours see all of it, or none.
     settled: Option<bool>,
     /// All corners of the element see all of it, or none.
     likely: Option<bool>,
@@ -97,7 +97,7 @@ struct Outlook {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShadowSampling {
-    /// Few rays where all agree, more along shadow borders.
+    /// The corners of an area, more where they disagree, fewer where all around say what to expect.
     #[default]
     Adaptive,
     /// The same number everywhere.

@@ -9,7 +9,7 @@
 //! E = R[E_indirect + e of sources that are sampled nowhere] + sum (1 - w_j) R[e_j] + sum w_j D_j
 //! ```
 //! Every source counts once, and E is continuous across borders of classes, since w_j and R[e_j] are. The e_j are measured
-//! anew at the vertices, by the same adaptive shadow rays as pixels', so that they belong to whatever pass 1 came from; pass
+//! anew at these points, by the same adaptive shadow rays as pixels', so that they belong to whatever pass 1 came from; pass
 //! 1's own direct light is not used.
 //! Source: Shirley 1990; Chen, Rushmeier, Miller, Turner 1991; Kok, Jansen 1991.
 //! Memory: a reconstruction for three sources that are sampled somewhere (for one with `hermite-limited`), 2 bytes a vertex
@@ -31,7 +31,7 @@ use crate::units::Rgb;
 
 /// Solid angle (sr) over which a source that all of a patch sees is smooth enough to be stored.
 const SMOOTH_SR: f64 = 0.1;
-/// Pairs of a vertex and a source that are asked at once.
+/// Pairs of a point and a source that are asked at once.
 const PAIRS_PER_CHUNK: usize = 1 << 16;
 /// Share of the mean irradiance that darker points are taken for, where errors are measured by what is there.
 const DARKEST: f64 = 0.01;

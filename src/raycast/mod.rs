@@ -65,7 +65,7 @@ pub enum Purpose {
     Primary,
     /// Visibility of pass 1.
     FormFactor,
-    /// Which sources the vertices of the mesh see, before pass 2.
+    /// Which sources the vertices and the middles of elements see, before pass 2.
     Selection,
     /// Direct light of pass 2.
     Shadow,

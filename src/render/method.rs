@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RenderMethod {
-    /// Direct light by shadow rays, indirect light stored by pass 1 (Jansen, Kok 1992).
+    /// Sources that matter by shadow rays, all other light stored (Jansen, Kok 1992).
     #[default]
     TwoPass,
     /// All light stored by pass 1.

@@ -8,7 +8,7 @@ use crate::direct::{DirectOptions, ShadowSampling};
 /// Which shadow rays are cast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ShadowSamplingArg {
-    /// 2 x 2, then more where they disagree; one where the surface around says what to expect
+    /// The corners of a lamp, then more where they disagree; fewer where the surface around says what to expect
     Adaptive,
     /// N x N everywhere
     Full,

@@ -56,7 +56,7 @@ pub enum TwistsArg {
 /// Which light a picture shows stored, which sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MethodArg {
-    /// Direct light by shadow rays, indirect light stored by pass 1
+    /// Lamps that matter by shadow rays, all other light stored
     TwoPass,
     /// All light stored by pass 1
     FullRadiosity,
