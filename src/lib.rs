@@ -47,3 +47,6 @@ pub mod trace;
 pub mod report;
 
 pub mod experiments;
+
+#[cfg(feature = "explore")]
+pub mod explore;

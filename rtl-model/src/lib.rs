@@ -35,3 +35,5 @@ pub mod occupancy;
 pub mod statistics;
 
 pub mod observe;
+
+pub mod cost;
