@@ -229,3 +229,7 @@ fn longest(sums: &[f64], ends: &[usize]) -> (usize, usize, f64) {
     }
     found
 }
+
+#[cfg(test)]
+#[path = "pipeline_tests.rs"]
+mod tests;
