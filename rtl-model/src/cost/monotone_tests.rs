@@ -208,7 +208,9 @@ proptest! {
         for (name, step) in steps {
             let mut wider = spec.clone();
             step(&mut wider);
-            if wider.validate().is_err() {
+            // Edge normals that are kept whole are not rounded: fewer gates.
+            let no_longer_rounds = spec.formats.cross_drop() > 0 && wider.formats.cross_drop() == 0;
+            if wider.validate().is_err() || no_longer_rounds {
                 continue;
             }
             let after = Cost::of(&wider, osu());

@@ -227,10 +227,6 @@ impl Timing {
 
     /// Three words become two: a row of full adders.
     pub(super) fn carry_save_row(&self, bits: u64) -> Operator {
-        if self.has_blocks() {
-            let sum = self.adder(bits);
-            return Operator { parts: sum.parts, in_bits: 3 * bits, hardware: sum.hardware };
-        }
         let hardware = Hardware::logic(FULL_ADDER_GATES * bits as f64, 2.0 * bits as f64);
         Operator::one(hardware, 3 * bits, self.wired(self.full_adder_ns), 2 * bits)
     }

@@ -177,7 +177,7 @@ const ECP5: Technology = Technology {
         compare_ends_ns: 2.0,
         compare_level_ns: 0.0,
         carry_bit_ns: 0.0355,
-        full_adder_ns: 0.0,
+        full_adder_ns: 1.15,
         partial_product_ns: 0.0,
         dsp_ns: 5.0,
         mux_ns: 0.6,
