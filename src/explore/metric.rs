@@ -77,7 +77,13 @@ pub const METRICS: [Metric; 23] = [
     metric("dsps", "DSPs", "multiplier blocks, FPGA only", Minimise, Cost),
     metric("ram_blocks", "blocks", "memory blocks, FPGA only", Minimise, Cost),
     metric("leakage_w", "W", "power at rest", Minimise, Cost),
-    metric("misclassified", "", "share of rays for which board and software name other patches", Minimise, Verification),
+    metric(
+        "misclassified",
+        "",
+        "share of rays for which board and software name other patches",
+        Minimise,
+        Verification,
+    ),
     metric("image_rmse", "", "relative RMSE of the picture by the board's arithmetic", Minimise, Pictures),
 ];
 

@@ -200,7 +200,10 @@ impl Space {
 
     /// The ordinal of a choice.
     pub fn ordinal(&self, choice: &[usize]) -> u64 {
-        choice.iter().zip(&self.axes).fold(0, |sum, (place, axis)| sum * axis.values.len() as u64 + *place as u64)
+        choice
+            .iter()
+            .zip(&self.axes)
+            .fold(0, |sum, (place, axis)| sum * axis.values.len() as u64 + *place as u64)
     }
 
     /// Combination `ordinal` as a board.
