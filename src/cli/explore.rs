@@ -114,17 +114,17 @@ fn search(args: &ExploreArgs, space: &mut Space) -> Result<(), CliError> {
 
 fn done_text(tally: &Tally) -> String {
     let Tally { evaluated, found, failed, pruned, impossible } = *tally;
-    let mut text = format!("{} evaluated", count(evaluated));
+    let mut text = format!("{evaluated} evaluated");
     for (n, what) in [(found, "found in the store"), (pruned, "pruned"), (impossible, "impossible"), (failed, "failed")] {
         if n > 0 {
-            text += &format!(", {} {what}", count(n));
+            text += &format!(", {n} {what}");
         }
     }
     text
 }
 
 fn stopped_text(args: &ExploreArgs, explored: &Explored) -> String {
-    let of = explored.planned.map_or(String::new(), |n| format!(" of {}", count(n)));
+    let of = explored.planned.map_or(String::new(), |n| format!(" of {n}"));
     format!(
         "stopped: {}{of}\ngo on      the same command with --resume{}\n",
         done_text(&explored.tally),
@@ -164,7 +164,7 @@ fn point(args: &ExploreArgs, space: &Space, ordinal: u64) -> Result<Outcome, Cli
         let statistics = WorkloadSetup::new(workload)
             .simulate(&candidate.spec, Extent::Whole)
             .map_err(|what| CliError::Usage(format!("workload {}: {what}", workload.name)))?;
-        text += &format!("workload   {}: {} cycles\n", workload.name, count(statistics.cycles));
+        text += &format!("workload   {}: {}\n", workload.name, count(statistics.cycles, "cycles"));
         counted.push(Counted::whole(statistics));
     }
     for (metric, value) in METRICS.iter().zip(values(&candidate, &counted, None)) {

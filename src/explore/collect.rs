@@ -113,6 +113,7 @@ pub fn results(
             })
             .collect(),
         search: search(space),
+        base: toml::to_string(&space.base).unwrap_or_else(|e| panic!("a board has a TOML form: {e}")),
         axes: space
             .axes
             .iter()

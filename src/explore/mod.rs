@@ -24,3 +24,6 @@ pub mod value;
 
 /// The store of a sweep, in its folder.
 pub const STORE_FILE: &str = "sweep.sqlite";
+
+#[cfg(test)]
+mod test_spaces;
