@@ -195,8 +195,7 @@ fn counted(t: &mut Table<'_>, results: &Results) {
             t.integer(format!("stall_{}_{}", key(kind), key(cause.name())), "cycles", &what, of);
         }
     }
-    // An FPGA has no area: its blocks are told in look-up tables.
-    let unit = if results.metrics.iter().any(|m| m.name == "area_mm2") { "mm2" } else { "LUTs" };
+    let unit = super::words::area_unit(results);
     for block in first_seen(t.rows.iter().flat_map(|row| row.area.iter().map(|a| a.0.as_str()))) {
         let of = |row: &Row| row.area.iter().find(|a| a.0 == block).map(|a| a.1);
         t.float(format!("area_{}", key(block)), unit, &format!("all {block}"), of);

@@ -128,7 +128,7 @@ pub struct Row {
     pub limit: Option<(String, f64)>,
     /// The block with the longest path.
     pub critical_block: String,
-    /// Area by kind of block (mm2; FPGA: LUTs).
+    /// Area by kind of block (mm2; FPGA: NAND2 equivalents).
     pub area: Vec<(String, f64)>,
     /// The whole board file.
     pub board: String,

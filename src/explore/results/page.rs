@@ -12,7 +12,7 @@ use super::columns::{first_seen, status_name};
 use super::curve::Curve;
 use super::pareto::Front;
 use super::sensitivity::{MetricEffects, Share, basis};
-use super::words::summary;
+use super::words::{area_unit, summary};
 use super::{AxisColumn, MetricColumn, Results, Status};
 
 const FRAME: &str = include_str!("page/page.html");
@@ -155,7 +155,6 @@ fn rows<'a>(results: &'a Results, front: &Front) -> Rows<'a> {
         stalls.cycles.iter().map(|c| (1000.0 * *c as f64 / sum as f64).round() as u32).collect()
     };
     let base: Vec<&str> = results.base.lines().collect();
-    let area_unit = if results.metrics.iter().any(|m| m.name == "area_mm2") { "mm2" } else { "LUTs" };
     Rows {
         point: rows.iter().map(|r| r.ordinal).collect(),
         status: rows.iter().map(|r| status_name(&r.status)).collect(),
@@ -178,7 +177,7 @@ fn rows<'a>(results: &'a Results, front: &Front) -> Rows<'a> {
         block: rows.iter().map(|r| r.critical_block.as_str()).collect(),
         stalls: kinds.iter().map(|k| rows.iter().map(|r| thousandths(r, k)).collect()).collect(),
         kinds,
-        area_unit,
+        area_unit: area_unit(results),
         area: blocks
             .iter()
             .map(|b| rows.iter().map(|r| r.area.iter().find(|a| a.0 == *b).map(|a| a.1)).collect())

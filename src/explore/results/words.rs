@@ -74,6 +74,11 @@ pub fn by_frequency<'a>(reasons: impl Iterator<Item = &'a str>) -> Vec<(&'a str,
     counts
 }
 
+/// Unit of the blocks' areas: an FPGA's blocks are told in gates, as they have no area.
+pub fn area_unit(results: &Results) -> &'static str {
+    if results.metrics.iter().any(|m| m.name == "area_mm2") { "mm2" } else { "gates" }
+}
+
 /// A text of at most `n` characters.
 pub fn shortened(text: &str, n: usize) -> String {
     if text.chars().count() <= n {

@@ -45,11 +45,14 @@ function panel(curve, m) {
   const xs = scale(curve.x, wide, left, right);
   const ys = scale(all.map(column.number).concat(known.map((k) => k[1])), false, bottom, top, true);
   if (!xs || !ys) return svg;
-  svg.append(svgElement("text", { x: left, y: 16 }, metric.what));
+  svg.append(svgElement("text", { x: left, y: 16 }, metric.name + (metric.unit ? ` (${metric.unit})` : "")));
+  svg.append(svgElement("title", {}, metric.what));
   for (const y of ticks(ys.low, ys.high, false, 5)) {
     const py = ys.pixel(y);
     svg.append(svgElement("line", { x1: left, x2: right, y1: py, y2: py, stroke: "var(--grid)" }));
-    svg.append(svgElement("text", { x: left - 6, y: py + 4, "text-anchor": "end" }, shown(y, metric.unit)));
+    // A long unit stands in the title alone.
+    const words = shown(y, metric.unit.length > 4 ? "1/" : metric.unit).replace(/\/$/, "");
+    svg.append(svgElement("text", { x: left - 6, y: py + 4, "text-anchor": "end" }, words.trim()));
   }
   let last = -Infinity;
   for (const x of wide ? curve.x : ticks(xs.low, xs.high, false, 7)) {
