@@ -221,7 +221,7 @@ out = {}
 for name in ["results.parquet", "results.csv"]:
     q = lambda sql: duckdb.sql(sql.replace("T", f"'{sys.argv[1]}/{name}'")).fetchall()
     out[name] = [
-        q("select count(*), sum(cycles), sum(counter_tests), min(seconds) from T"),
+        q("select count(*), sum(cycles)::double, sum(counter_tests)::double, min(seconds) from T"),
         q("select point from T where on_front order by point"),
         q("select \"icu.depth\", avg(area_mm2) from T where status = 'simulated' group by 1 order by 1"),
         q("select length(board), error from T where status = 'failed' order by point"),
