@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use rtl_model::cost::{Cost, FpgaUse, Technology};
 use rtl_model::spec::BoardSpec;
 
 use super::args::InfoArgs;
@@ -16,13 +17,23 @@ use crate::report::si::{bytes, si, vector};
 use crate::scene::{FaceCounts, MeshTarget, Scene, Shape};
 use crate::units::Rgb;
 
+/// The technology of costs when none is named.
+const DEFAULT_TECHNOLOGY: &str = "osu-0.35um";
+
 /// Top-level keys that only scene files have.
 const SCENE_KEYS: [&str; 7] = ["version", "camera", "materials", "surface", "mesh", "light", "meshing"];
 
 pub(super) fn run(args: &InfoArgs) -> Result<Outcome, CliError> {
     if let Some(name) = args.what.to_str().filter(|_| is_board(&args.what)) {
         let spec = plan::resolve_board(name)?;
-        return Ok(Outcome { text: board_text(&spec), ..Outcome::default() });
+        let technology = args.technology.as_deref().unwrap_or(DEFAULT_TECHNOLOGY);
+        let costs = Technology::named(technology).map(|t| cost_text(&Cost::of(&spec, t), &spec));
+        let text = board_text(&spec) + &costs.unwrap_or_default();
+        return Ok(Outcome { text, ..Outcome::default() });
+    }
+    if args.technology.is_some() {
+        let message = format!("--technology: {} is a scene; only boards have costs", args.what.display());
+        return Err(CliError::Usage(message));
     }
     if !args.what.exists() {
         return Err(CliError::Usage(format!("{}: {}", args.what.display(), plan::no_file_no_preset())));
@@ -73,6 +84,63 @@ fn board_text(spec: &BoardSpec) -> String {
     for w in &wires {
         let _ = writeln!(out, "{:<wire$}  {:>4}  {:>8}  {}", w.wire, w.bits, w.frac_bits, w.max_magnitude);
     }
+    out
+}
+
+/// Gates, registers, memory, area and longest path by kind of block, and of the board.
+fn cost_text(cost: &Cost, spec: &BoardSpec) -> String {
+    let size = |area: Option<f64>, fpga: Option<FpgaUse>| match (area, fpga) {
+        (Some(area), _) => [format!("{area:.2}"), String::new(), String::new()],
+        (None, Some(f)) => [f.luts.to_string(), f.dsps.to_string(), f.ram_blocks.to_string()],
+        (None, None) => Default::default(),
+    };
+    let heads = if cost.fpga.is_some() { ["LUTs", "DSPs", "blocks"] } else { ["mm2", "", ""] };
+    let mut out = format!(
+        "\ncosts in {}, the DRAM's chips and bus drivers left out (docs/cost-model.md)\n\n",
+        cost.technology
+    );
+    let mut row = |name: &str, count: &str, figures: [String; 3], size: [String; 3], path: [String; 2]| {
+        let [gates, flip_flops, ram_bits] = figures;
+        let [a, b, c] = size;
+        let [ns, through] = path;
+        let fpga = if cost.fpga.is_some() { format!(" {b:>5} {c:>6}") } else { String::new() };
+        let line = format!(
+            "{name:<16} {count:>5} {gates:>10} {flip_flops:>10} {ram_bits:>9} {a:>9}{fpga} {ns:>7}  {through}"
+        );
+        let _ = writeln!(out, "{}", line.trim_end());
+    };
+    let words = |w: [&str; 3]| w.map(str::to_owned);
+    row(
+        "block",
+        "count",
+        words(["gates", "flip-flops", "RAM bits"]),
+        words(heads),
+        ["ns".to_owned(), "longest path".to_owned()],
+    );
+    for b in &cost.blocks {
+        row(
+            b.block,
+            &b.instances.to_string(),
+            [format!("{:.0}", b.gates), b.flip_flops.to_string(), b.ram_bits.to_string()],
+            size(b.area_mm2, b.fpga),
+            [format!("{:.2}", b.path_ns), b.path.clone()],
+        );
+    }
+    row(
+        "board",
+        "",
+        [format!("{:.0}", cost.gates), cost.flip_flops.to_string(), cost.ram_bits.to_string()],
+        size(cost.area_mm2, cost.fpga),
+        [format!("{:.2}", cost.critical_path_ns), format!("in {}", cost.critical_block)],
+    );
+    let fits = if spec.clock_mhz <= cost.max_clock_mhz { "within" } else { "beyond" };
+    let _ = writeln!(
+        out,
+        "\nfastest clock {:.1} MHz; the board's {} MHz is {fits} it. At rest {}",
+        cost.max_clock_mhz,
+        spec.clock_mhz,
+        si(cost.leakage_w, "W")
+    );
     out
 }
 

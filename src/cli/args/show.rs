@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
+use rtl_model::cost::Technology;
 
 use super::common::whole;
 use crate::scene::MAX_ELEMENTS;
@@ -49,11 +51,20 @@ pub struct CompareArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   radeng info scenes/cornell-box/scene.toml
-  radeng info delft-1992          every parameter of the board with its source: [S] published, [C] computed, [I] ours")]
+  radeng info delft-1992          every parameter of the board with its source: [S] published, [C] computed, [I] ours
+  radeng info delft-1992 --technology ecp5      its costs on an FPGA instead of standard cells (docs/cost-model.md)")]
 pub struct InfoArgs {
     /// A scene file, a board file, or the name of a board preset (delft-1992, minimal)
     pub what: PathBuf,
     /// Wanted number of mesh elements, instead of the scene's `meshing` keys
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(MAX_ELEMENTS.into()))]
     pub elements: Option<u32>,
+    /// Technology of a board's costs: gates, registers, memory, longest path, area by block [default: osu-0.35um]
+    #[arg(long, value_name = "NAME", value_parser = technology())]
+    pub technology: Option<String>,
+}
+
+/// The names of the technologies that boards are costed in.
+fn technology() -> PossibleValuesParser {
+    PossibleValuesParser::new(Technology::all().iter().map(|t| t.name))
 }
