@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::args::{ExploreArgs, StrategyArg};
 use super::interrupt::Interrupt;
 use super::{CliError, Outcome, plan};
-use crate::explore::evaluate::{Counted, WorkloadSetup, Extent, values};
+use crate::explore::evaluate::{Counted, Extent, WorkloadSetup, values};
 use crate::explore::metric::METRICS;
 use crate::explore::run::{self, Checked, Explored, Options};
 use crate::explore::space::{Space, Strategy};
@@ -34,7 +34,9 @@ pub(super) fn run(args: &ExploreArgs) -> Result<Outcome, CliError> {
     search(args, &mut space)?;
     let folder = args.output.clone().unwrap_or_default();
     let time = match space.search.minutes {
-        Some(minutes) if minutes.is_finite() && minutes > 0.0 => Some(Duration::from_secs_f64(minutes * 60.0)),
+        Some(minutes) if minutes.is_finite() && minutes > 0.0 => {
+            Some(Duration::from_secs_f64(minutes * 60.0))
+        }
         Some(minutes) => {
             return Err(CliError::Usage(format!("--minutes {minutes}: expected a number over 0")));
         }
@@ -109,13 +111,17 @@ fn search(args: &ExploreArgs, space: &mut Space) -> Result<(), CliError> {
     search.seed = args.seed.unwrap_or(search.seed);
     search.minutes = args.minutes.or(search.minutes);
     // What cannot be planned is told before a folder is made.
-    strategy::plan(space).map(drop).map_err(|what| CliError::Usage(format!("{}: {what}", args.space.display())))
+    strategy::plan(space)
+        .map(drop)
+        .map_err(|what| CliError::Usage(format!("{}: {what}", args.space.display())))
 }
 
 fn done_text(tally: &Tally) -> String {
     let Tally { evaluated, found, failed, pruned, impossible } = *tally;
     let mut text = format!("{evaluated} evaluated");
-    for (n, what) in [(found, "found in the store"), (pruned, "pruned"), (impossible, "impossible"), (failed, "failed")] {
+    for (n, what) in
+        [(found, "found in the store"), (pruned, "pruned"), (impossible, "impossible"), (failed, "failed")]
+    {
         if n > 0 {
             text += &format!(", {n} {what}");
         }
@@ -134,9 +140,15 @@ fn stopped_text(args: &ExploreArgs, explored: &Explored) -> String {
 
 fn checked_text(checked: &Checked) -> String {
     let Checked { n, runs, pruned, faults } = checked;
-    let pruned = if *pruned > 0 { format!(" ({pruned} of them pruned: bounds hold, all dominated)") } else { String::new() };
+    let pruned = if *pruned > 0 {
+        format!(" ({pruned} of them pruned: bounds hold, all dominated)")
+    } else {
+        String::new()
+    };
     match faults.split_first() {
-        None => format!("check      {n} candidates in full, {runs} runs{pruned}: every counter of every block equal\n"),
+        None => format!(
+            "check      {n} candidates in full, {runs} runs{pruned}: every counter of every block equal\n"
+        ),
         Some((first, rest)) => {
             format!("check      {n} candidates in full: {} differ; {first}\n", rest.len() + 1)
         }
@@ -152,9 +164,9 @@ fn point(args: &ExploreArgs, space: &Space, ordinal: u64) -> Result<Outcome, Cli
     if let Some(path) = &args.save_board {
         plan::check_outputs([], &[(Some(path.as_path()), "toml")], &[Some(args.space.as_path())])?;
     }
-    let candidate = space
-        .candidate(ordinal)
-        .map_err(|impossible| CliError::Usage(format!("--point {ordinal} cannot be built: {}", impossible.reason)))?;
+    let candidate = space.candidate(ordinal).map_err(|impossible| {
+        CliError::Usage(format!("--point {ordinal} cannot be built: {}", impossible.reason))
+    })?;
     let mut text = format!("point      {ordinal} of {}\n", args.space.display());
     for (axis, place) in space.axes.iter().zip(&candidate.choice) {
         text += &format!("           {} = {}\n", axis.name, axis.values[*place]);
@@ -173,7 +185,8 @@ fn point(args: &ExploreArgs, space: &Space, ordinal: u64) -> Result<Outcome, Cli
         }
     }
     if let Some(path) = &args.save_board {
-        let board = toml::to_string(&candidate.spec).unwrap_or_else(|e| panic!("a board has a TOML form: {e}"));
+        let board =
+            toml::to_string(&candidate.spec).unwrap_or_else(|e| panic!("a board has a TOML form: {e}"));
         let mut files = OutputFiles::new();
         files.stage(path, board.into_bytes());
         files.commit()?;
@@ -194,8 +207,12 @@ impl Bar {
     fn new(space: &Space) -> Bar {
         let known = strategy::plan(space).ok().flatten().map(|plan| plan.len() as u64);
         let bar = ProgressBar::new(known.or(space.search.points).unwrap_or(0));
-        let style = ProgressStyle::with_template("explore [{bar:30}] {pos}/{len} candidates, {per_sec}, {eta} left{msg}");
-        bar.set_style(style.unwrap_or_else(|e| panic!("the template is constant: {e}")).progress_chars("=> "));
+        let style = ProgressStyle::with_template(
+            "explore [{bar:30}] {pos}/{len} candidates, {per_sec}, {eta} left{msg}",
+        );
+        bar.set_style(
+            style.unwrap_or_else(|e| panic!("the template is constant: {e}")).progress_chars("=> "),
+        );
         Bar(bar)
     }
 

@@ -108,7 +108,8 @@ pub fn run(
         return Err(ExploreError::Usage(what.to_owned()));
     }
     let mut warnings = Vec::new();
-    let space_hash = hash_of(&(&space.text, &space.base, &space.search, options.limits.sample.map(f64::to_bits)));
+    let space_hash =
+        hash_of(&(&space.text, &space.base, &space.search, options.limits.sample.map(f64::to_bits)));
     let plan_hash = hash_of(&plan);
     let mut store = open(options, &space_hash, &mut warnings)?;
     store.set_meta(key::SPACE, &space_hash)?;
@@ -176,7 +177,8 @@ fn open(options: &Options, space_hash: &str, warnings: &mut Vec<String>) -> Resu
     let wanted = options.shard.map(|s| s.to_string());
     let found = store.meta(key::SHARD)?;
     if wanted != found {
-        let name = |shard: &Option<String>| shard.as_ref().map_or("a whole sweep".into(), |s| format!("shard {s}"));
+        let name =
+            |shard: &Option<String>| shard.as_ref().map_or("a whole sweep".into(), |s| format!("shard {s}"));
         let what = format!("the store is of {}, expected {}", name(&found), name(&wanted));
         return Err(ExploreError::Folder { path: folder.clone(), what });
     }
@@ -198,7 +200,8 @@ fn check(sweep: &mut Sweep<'_>, share: f64) -> Result<Checked, ExploreError> {
     let seed = mix(sweep.space().search.seed ^ 0x00c0_ffee);
     let outcomes = sweep.outcomes().clone();
     let chosen = |wanted: &dyn Fn(&Outcome) -> bool| -> Vec<u64> {
-        let mut all: Vec<u64> = outcomes.iter().filter(|(_, o)| wanted(o)).map(|(ordinal, _)| *ordinal).collect();
+        let mut all: Vec<u64> =
+            outcomes.iter().filter(|(_, o)| wanted(o)).map(|(ordinal, _)| *ordinal).collect();
         let n = (all.len() as f64 * share).ceil() as usize;
         all.sort_by_key(|ordinal| mix(seed.wrapping_add(*ordinal)));
         all.truncate(n);
@@ -246,7 +249,11 @@ impl Sweep<'_> {
     }
 
     /// Simulates a pruned candidate; its objectives.
-    fn check_pruned(&mut self, ordinal: u64, checked: &mut Checked) -> Result<Option<Vec<f64>>, ExploreError> {
+    fn check_pruned(
+        &mut self,
+        ordinal: u64,
+        checked: &mut Checked,
+    ) -> Result<Option<Vec<f64>>, ExploreError> {
         let Ok(candidate) = self.space().candidate(ordinal) else { return Ok(None) };
         checked.n += 1;
         let mut counted = Vec::new();

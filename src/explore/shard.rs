@@ -127,7 +127,9 @@ pub fn merge(folders: &[PathBuf], whole: Whole<'_>, store: &Store) -> Result<(),
         let found: Vec<u64> = part.points()?.into_iter().map(|StoredPoint { ordinal, .. }| ordinal).collect();
         if found != wanted {
             let (found, wanted) = (found.len(), wanted.len());
-            return Err(named(&format!("has other points than the plan gives it: {found}, expected {wanted}")));
+            return Err(named(&format!(
+                "has other points than the plan gives it: {found}, expected {wanted}"
+            )));
         }
         shards.insert(shard.index, (folder.clone(), part));
     }
@@ -136,7 +138,11 @@ pub fn merge(folders: &[PathBuf], whole: Whole<'_>, store: &Store) -> Result<(),
         (1..=n).filter(|i| !shards.contains_key(i)).map(|i| Shard { index: i, n }.to_string()).collect();
     if !missing.is_empty() {
         let plural = if missing.len() == 1 { "shard is" } else { "shards are" };
-        return Err(MergeError::Shards(format!("{} {plural} missing: {}", missing.len(), missing.join(", "))));
+        return Err(MergeError::Shards(format!(
+            "{} {plural} missing: {}",
+            missing.len(),
+            missing.join(", ")
+        )));
     }
     for (_, part) in shards.values() {
         store.take_evaluations(part)?;

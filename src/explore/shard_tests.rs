@@ -27,9 +27,13 @@ fn shard(dir: &Path, name: &str, shard: &str, plan: &[u64]) -> PathBuf {
     let folder = dir.join(name);
     std::fs::create_dir(&folder).unwrap();
     let mut store = Store::open(&folder.join(STORE_FILE)).unwrap();
-    for (key, value) in
-        [(key::SPACE, "s"), (key::PLAN, "p"), (key::VERSION, &version()), (key::SHARD, shard), (key::COMPLETE, "yes")]
-    {
+    for (key, value) in [
+        (key::SPACE, "s"),
+        (key::PLAN, "p"),
+        (key::VERSION, &version()),
+        (key::SHARD, shard),
+        (key::COMPLETE, "yes"),
+    ] {
         store.set_meta(key, value).unwrap();
     }
     let part = shard.parse::<Shard>().unwrap().part(plan);
@@ -57,8 +61,11 @@ fn merged(dir: &Path, folders: &[PathBuf], plan: &[u64]) -> Result<Store, String
 fn merge_of_all_shards_has_all_evaluations() {
     let dir = tempfile::tempdir().unwrap();
     let plan: Vec<u64> = (0..7).collect();
-    let folders: Vec<PathBuf> =
-        ["2/3", "1/3", "3/3"].iter().enumerate().map(|(i, s)| shard(dir.path(), &i.to_string(), s, &plan)).collect();
+    let folders: Vec<PathBuf> = ["2/3", "1/3", "3/3"]
+        .iter()
+        .enumerate()
+        .map(|(i, s)| shard(dir.path(), &i.to_string(), s, &plan))
+        .collect();
     let store = merged(dir.path(), &folders, &plan).unwrap();
     assert_eq!(store.n_evaluations().unwrap(), 3);
 }
@@ -68,8 +75,11 @@ fn merge_of_lost_repeated_unfinished_or_foreign_shards_is_refused_by_name() {
     let plan: Vec<u64> = (0..7).collect();
     let fault = |change: &dyn Fn(&Path, &mut Vec<PathBuf>)| {
         let dir = tempfile::tempdir().unwrap();
-        let mut folders: Vec<PathBuf> =
-            ["1/3", "2/3", "3/3"].iter().enumerate().map(|(i, s)| shard(dir.path(), &format!("f{i}"), s, &plan)).collect();
+        let mut folders: Vec<PathBuf> = ["1/3", "2/3", "3/3"]
+            .iter()
+            .enumerate()
+            .map(|(i, s)| shard(dir.path(), &format!("f{i}"), s, &plan))
+            .collect();
         change(dir.path(), &mut folders);
         merged(dir.path(), &folders, &plan).unwrap_err()
     };
@@ -78,10 +88,15 @@ fn merge_of_lost_repeated_unfinished_or_foreign_shards_is_refused_by_name() {
     let repeated = fault(&|dir, folders| folders.push(shard(dir, "again", "2/3", &plan)));
     assert!(repeated.contains("again: shard 2/3 is in") && repeated.contains("f1"), "{repeated}");
     let named_twice = fault(&|_, folders| folders.push(folders[0].clone()));
-    assert!(named_twice.contains("another sweep is writing") || named_twice.contains("is in"), "{named_twice}");
+    assert!(
+        named_twice.contains("another sweep is writing") || named_twice.contains("is in"),
+        "{named_twice}"
+    );
     let unfinished = fault(&|_, folders| {
         let connection = rusqlite::Connection::open(folders[2].join(STORE_FILE)).unwrap();
-        connection.execute_batch("DELETE FROM meta WHERE key = 'complete'; DELETE FROM points WHERE ordinal = 5").unwrap();
+        connection
+            .execute_batch("DELETE FROM meta WHERE key = 'complete'; DELETE FROM points WHERE ordinal = 5")
+            .unwrap();
     });
     assert!(unfinished.contains("shard 3/3 is not finished: 1 of 2 points"), "{unfinished}");
     let fewer = fault(&|_, folders| {

@@ -101,7 +101,9 @@ impl Store {
         let fault = |source| StoreError::Sqlite { file: file.to_owned(), source };
         let connection = connection.map_err(fault)?;
         // The lock is held from the first write on, and the first write comes now.
-        connection.execute_batch("PRAGMA locking_mode = EXCLUSIVE; PRAGMA busy_timeout = 200;").map_err(fault)?;
+        connection
+            .execute_batch("PRAGMA locking_mode = EXCLUSIVE; PRAGMA busy_timeout = 200;")
+            .map_err(fault)?;
         connection
             .query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))
             .and_then(|()| connection.execute_batch("PRAGMA synchronous = NORMAL;"))
@@ -203,10 +205,16 @@ impl Store {
         self.put("INSERT OR REPLACE INTO accuracies VALUES (?1, ?2, ?3)", hash, accuracy)
     }
 
-    fn found<T: DeserializeOwned>(&self, sql: &str, hash: &str) -> Result<Option<Result<T, String>>, StoreError> {
+    fn found<T: DeserializeOwned>(
+        &self,
+        sql: &str,
+        hash: &str,
+    ) -> Result<Option<Result<T, String>>, StoreError> {
         let mut statement = self.connection.prepare_cached(sql).map_err(|e| self.fault(e))?;
         let row = statement
-            .query_row([hash], |row| Ok((row.get::<_, Option<Vec<u8>>>(0)?, row.get::<_, Option<String>>(1)?)))
+            .query_row([hash], |row| {
+                Ok((row.get::<_, Option<Vec<u8>>>(0)?, row.get::<_, Option<String>>(1)?))
+            })
             .optional()
             .map_err(|e| self.fault(e))?;
         match row {

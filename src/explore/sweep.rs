@@ -207,7 +207,11 @@ impl<'a> Sweep<'a> {
     ///
     /// # Errors
     /// When the store fails.
-    pub fn evaluate(&mut self, ordinals: &[u64], extent: Extent) -> Result<Vec<Option<Vec<f64>>>, SweepError> {
+    pub fn evaluate(
+        &mut self,
+        ordinals: &[u64],
+        extent: Extent,
+    ) -> Result<Vec<Option<Vec<f64>>>, SweepError> {
         let mut order: Vec<u64> = ordinals.to_vec();
         if self.limits.prune && extent == Extent::Whole {
             order = self.most_hopeful_first(ordinals)?;
@@ -329,8 +333,10 @@ impl<'a> Sweep<'a> {
         let (hashes_of_jobs, jobs): (Vec<String>, Vec<Job>) = jobs.into_iter().unzip();
         // A poisoned lock has a panic on its way already; the data are whole between two statements.
         self.evaluator.evaluate(&jobs, &|| stop.load(Ordering::Relaxed), &|i, counted| {
-            let put =
-                store.lock().unwrap_or_else(PoisonError::into_inner).put_evaluation(&hashes_of_jobs[i], &counted);
+            let put = store
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .put_evaluation(&hashes_of_jobs[i], &counted);
             if let Err(error) = put {
                 fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             }
@@ -343,7 +349,9 @@ impl<'a> Sweep<'a> {
         known.extend(made.into_inner().unwrap_or_else(PoisonError::into_inner));
         Ok(hashes
             .chunks(n)
-            .map(|hashes| hashes.iter().map(|hash| known.get(hash).cloned()).collect::<Option<Result<_, _>>>())
+            .map(|hashes| {
+                hashes.iter().map(|hash| known.get(hash).cloned()).collect::<Option<Result<_, _>>>()
+            })
             .collect())
     }
 
@@ -391,11 +399,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// The best objectives that a candidate can have.
-    fn best(
-        &mut self,
-        candidate: &Candidate,
-        accuracy: Option<&Accuracy>,
-    ) -> Result<Vec<f64>, SweepError> {
+    fn best(&mut self, candidate: &Candidate, accuracy: Option<&Accuracy>) -> Result<Vec<f64>, SweepError> {
         let (mut cycles, mut rays) = (0, 0);
         for workload in 0..self.setups.len() {
             let job = Job { spec: candidate.spec.clone(), workload, extent: Extent::Whole };
@@ -510,7 +514,9 @@ fn point_of(space: &Space, ordinal: u64, outcome: &Outcome) -> (StoredPoint, Str
             .collect(),
         _ => BTreeMap::new(),
     };
-    let json = |value: serde_json::Result<String>| value.unwrap_or_else(|e| panic!("plain maps have a JSON form: {e}"));
+    let json = |value: serde_json::Result<String>| {
+        value.unwrap_or_else(|e| panic!("plain maps have a JSON form: {e}"))
+    };
     (
         StoredPoint { ordinal, status: status.to_owned(), error },
         json(serde_json::to_string(&parameters)),

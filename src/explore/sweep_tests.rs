@@ -4,7 +4,8 @@ use super::*;
 use crate::explore::results::pareto::front;
 use crate::explore::test_spaces::space;
 
-const AXES: &str = "\"icu.depth\" = [2, 22, 60]\n\"clusters.count\" = [1, 2, 4]\n\"icu.initiation_interval\" = [1, 2, 8]";
+const AXES: &str =
+    "\"icu.depth\" = [2, 22, 60]\n\"clusters.count\" = [1, 2, 4]\n\"icu.initiation_interval\" = [1, 2, 8]";
 
 struct Run {
     outcomes: BTreeMap<u64, Outcome>,
@@ -78,7 +79,10 @@ fn sweep_goes_on_past_candidates_that_fail_or_cannot_be_built() {
     assert!(matches!(&done.outcomes[&1], Outcome::Impossible(e) if e.contains("clusters.bundle_slots = 2")));
     assert!(matches!(&done.outcomes[&2], Outcome::Known { .. }));
     let points = store.points().unwrap();
-    assert_eq!(points.iter().map(|p| p.status.as_str()).collect::<Vec<_>>(), ["failed", "impossible", "simulated", "impossible"]);
+    assert_eq!(
+        points.iter().map(|p| p.status.as_str()).collect::<Vec<_>>(),
+        ["failed", "impossible", "simulated", "impossible"]
+    );
 }
 
 #[test]
@@ -121,7 +125,10 @@ fn sweep_of_several_batches_prunes_what_is_dominated() {
         match outcome {
             Outcome::Pruned => {
                 let own = objectives(*ordinal);
-                assert!((0..space.n_combinations()).any(|other| dominates(&objectives(other), &own)), "{ordinal}");
+                assert!(
+                    (0..space.n_combinations()).any(|other| dominates(&objectives(other), &own)),
+                    "{ordinal}"
+                );
             }
             known => assert_eq!(known, &whole.outcomes[ordinal]),
         }
@@ -131,7 +138,8 @@ fn sweep_of_several_batches_prunes_what_is_dominated() {
 #[test]
 fn sweep_of_word_lengths_measures_each_once_for_all_timings() {
     let axes = "frac_bits = [8, 20]\n\"icu.depth\" = [4, 22]";
-    let sections = "[set]\n\"formats.coord_frac_bits\" = \"frac_bits\"\n\"formats.dir_frac_bits\" = \"frac_bits\"\n";
+    let sections =
+        "[set]\n\"formats.coord_frac_bits\" = \"frac_bits\"\n\"formats.dir_frac_bits\" = \"frac_bits\"\n";
     let mut space = space(axes, sections);
     space.objectives = ["misclassified", "image_rmse"]
         .map(|name| {

@@ -1,5 +1,7 @@
 //! Panels one under the other: frame, grid, ticks, series, legend.
 
+use std::collections::BTreeSet;
+
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -128,8 +130,10 @@ fn draw_panel<DB: DrawingBackend>(area: &Area<DB>, panel: &Panel) -> Result<(), 
                 area.draw(&Circle::new((LEGEND + 14, entry), 3, colour.filled()))?;
             }
             Mark::Faint => {
-                for place in at.into_iter().chain([(LEGEND + 14, entry)]) {
-                    area.draw(&Circle::new(place, 2, colour.mix(0.3).filled()))?;
+                // Many points may share a pixel.
+                let places: BTreeSet<(i32, i32)> = at.into_iter().collect();
+                for place in places.into_iter().chain([(LEGEND + 14, entry)]) {
+                    area.draw(&Circle::new(place, 2, pale(colour, 0.6).filled()))?;
                 }
             }
             Mark::Ring => {
@@ -176,9 +180,14 @@ fn draw_panel<DB: DrawingBackend>(area: &Area<DB>, panel: &Panel) -> Result<(), 
 
 /// Colours of stacked series: beyond the first seven, the same again, paler.
 fn colour_of_stack(i: usize) -> RGBColor {
-    let RGBColor(r, g, b) = COLOURS[i % COLOURS.len()];
-    let pale = |c: u8| if i < COLOURS.len() { c } else { c + (255 - c) / 2 };
-    RGBColor(pale(r), pale(g), pale(b))
+    let colour = COLOURS[i % COLOURS.len()];
+    if i < COLOURS.len() { colour } else { pale(colour, 0.5) }
+}
+
+/// A colour with a share of white.
+fn pale(RGBColor(r, g, b): RGBColor, white: f64) -> RGBColor {
+    let mix = |c: u8| (f64::from(c) + white * (255.0 - f64::from(c))).round() as u8;
+    RGBColor(mix(r), mix(g), mix(b))
 }
 
 /// Title, grid, ticks, frame and the titles of the axes.

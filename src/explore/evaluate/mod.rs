@@ -140,8 +140,9 @@ impl Evaluator {
         let mut board = Board::new(spec, shared.image.clone()).map_err(|e| e.to_string())?;
         match job.extent {
             Extent::Sample { share, seed } => {
-                let (by_purpose, estimate) = sample::run(&mut board, &shared.commands, share, seed, &mut |_| {})
-                    .map_err(|e| e.to_string())?;
+                let (by_purpose, estimate) =
+                    sample::run(&mut board, &shared.commands, share, seed, &mut |_| {})
+                        .map_err(|e| e.to_string())?;
                 let mut statistics =
                     by_purpose.into_iter().fold(BoardStatistics::default(), |sum, (_, s)| sum.plus(&s));
                 statistics.cycles = estimate.cycles.round() as u64;

@@ -39,8 +39,8 @@ fn board(seed: u64) -> BoardSpec {
         [Partition::Grid, Partition::Shells, Partition::ShellsStatic][pick(0, &[0, 1, 2]) as usize];
     spec.scheduling =
         [Scheduling::Static, Scheduling::PseudoDynamic, Scheduling::Ideal][pick(1, &[0, 1, 2]) as usize];
-    spec.memory =
-        [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical][pick(2, &[0, 1, 2]) as usize];
+    spec.memory = [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical]
+        [pick(2, &[0, 1, 2]) as usize];
     spec.clusters.count = pick(3, &[1, 2, 4, 16]);
     spec.clusters.modules = pick(4, &[1, 2, 4]);
     spec.clusters.ctus_per_icu = pick(5, &[1, 4, 16]);
@@ -166,7 +166,9 @@ fn evaluate_of_a_rung_casts_about_4_to_the_minus_n_of_the_rays() {
 fn evaluate_of_a_sample_of_everything_is_the_whole_without_an_error() {
     let mut evaluator = evaluator(WorkloadRays::Primary, 32);
     let mut run = |extent| {
-        evaluate(&mut evaluator, &[Job { spec: BoardSpec::default(), workload: 0, extent }]).remove(0).unwrap()
+        evaluate(&mut evaluator, &[Job { spec: BoardSpec::default(), workload: 0, extent }])
+            .remove(0)
+            .unwrap()
     };
     let whole = run(Extent::Whole);
     let sample = run(Extent::Sample { share: 1.0, seed: 3 });

@@ -84,7 +84,11 @@ impl WorkloadSetup {
             Extent::Rung(n) => (side >> n).max(MIN_SIDE.min(side)),
             Extent::Whole | Extent::Sample { .. } => side,
         };
-        RenderOptions { width: shorter(self.picture.width), height: shorter(self.picture.height), ..self.picture.clone() }
+        RenderOptions {
+            width: shorter(self.picture.width),
+            height: shorter(self.picture.height),
+            ..self.picture.clone()
+        }
     }
 
     /// Everything that the rays depend on, in words.
@@ -185,7 +189,11 @@ fn shorten(commands: &mut Vec<(Purpose, RecordedCommand)>, n: u32) {
 
 impl CommandWork {
     /// What each of these commands comes to, by a run on the canonical board.
-    fn of(spec: &BoardSpec, image: &MemoryImage, record: &[RecordedCommand]) -> Result<Vec<CommandWork>, String> {
+    fn of(
+        spec: &BoardSpec,
+        image: &MemoryImage,
+        record: &[RecordedCommand],
+    ) -> Result<Vec<CommandWork>, String> {
         let mut board = Board::new(spec, image.clone()).map_err(|e| e.to_string())?;
         let mut before = board.statistics();
         let mut work = Vec::with_capacity(record.len());

@@ -105,11 +105,10 @@ impl Curve {
         let mut reason =
             format!("{} is best at {axis} = {}: {}.", m.name, self.stops[stop].0, shown(value, &m.unit));
         let sides = [("Below", 0..stop), ("There", stop..stop + 1), ("Above", stop + 1..self.stops.len())];
-        for (name, range) in sides {
-            if range.is_empty() {
-                reason += &format!(" {name} it there is no value.");
-                continue;
-            }
+        if let Some(end) = [(0, "smallest"), (self.stops.len() - 1, "largest")].iter().find(|e| e.0 == stop) {
+            reason += &format!(" This is the {} value.", end.1);
+        }
+        for (name, range) in sides.into_iter().filter(|(_, range)| !range.is_empty()) {
             reason += &format!(" {}", self.side(results, name, range));
         }
         Some(Optimum { metric, stop, value, reason })

@@ -199,19 +199,19 @@ pub fn write(results: &Results, folder: &Path, files: &mut OutputFiles) -> Resul
     }
     let place = |name: &str| folder.join(name).display().to_string();
     let mut written = vec![
-        format!("{}  everything to look at, in a browser", place("page.html")),
+        format!("{} (for a browser: everything)", place("page.html")),
         format!(
-            "{}, results.csv  {} rows, results-columns.csv says what they are",
+            "{}, results.csv ({} rows; results-columns.csv: what each column is)",
             place("results.parquet"),
             results.rows.len()
         ),
     ];
     if !results.impossible.is_empty() {
-        written.push(format!("{}  {} combinations", place("impossible.csv"), results.impossible.len()));
+        written.push(format!("{} ({} combinations)", place("impossible.csv"), results.impossible.len()));
     }
     if !charts.is_empty() {
         let names: Vec<&str> = charts.iter().map(|c| c.name.as_str()).collect();
-        written.push(format!("{}/ as SVG and PNG: {}", place("charts"), names.join(", ")));
+        written.push(format!("{} (each also .png): {}", place("charts/*.svg"), names.join(", ")));
     }
     for (name, bytes) in staged {
         files.stage(&folder.join(name), bytes);

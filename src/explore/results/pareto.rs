@@ -207,7 +207,8 @@ impl Front {
     /// The best of the rows that take part in a metric, the first of equals, and its value.
     pub fn best(&self, results: &Results, metric: usize) -> Option<(usize, f64)> {
         let goal = results.metrics.get(metric)?.goal;
-        let rows = results.rows.iter().enumerate().filter(|(i, _)| self.rank.get(*i).is_some_and(Option::is_some));
+        let rows =
+            results.rows.iter().enumerate().filter(|(i, _)| self.rank.get(*i).is_some_and(Option::is_some));
         let known = rows.filter_map(|(i, row)| Some((i, row.metrics.get(metric).copied().flatten()?)));
         known.filter(|(_, x)| !x.is_nan()).reduce(|best, other| {
             let better = minimised(other.1, goal) < minimised(best.1, goal);

@@ -87,8 +87,8 @@ fn table(out: &mut String, results: &Results, front: &Front) {
     });
     line(out, "front", format_args!("{} of {} compared{share}", front.members.len(), front.n_compared));
     let mut header = vec!["point".to_owned()];
-    header.extend(results.axes.iter().map(|a| shortened(&a.name, 20)));
-    header.extend(front.objectives.iter().map(|m| shortened(&results.metrics[*m].name, 24)));
+    header.extend(front.objectives.iter().map(|m| results.metrics[*m].name.clone()));
+    header.extend(results.axes.iter().map(|a| a.name.clone()));
     header.extend(["limit".to_owned(), "longest path".to_owned()]);
     // Of a long front some, spread over it, both ends among them.
     let n = front.members.len();
@@ -96,13 +96,13 @@ fn table(out: &mut String, results: &Results, front: &Front) {
         _ if n <= ROWS => (0..n).collect(),
         _ => (0..ROWS).map(|i| i * (n - 1) / (ROWS - 1)).collect(),
     };
-    let mut lines = vec![header];
+    let mut lines = Vec::new();
     for i in &shown {
         let row = &results.rows[front.members[*i]];
         let sampled = if row.status == Status::Sampled { "~" } else { "" };
         let mut cells = vec![format!("{sampled}{}", row.ordinal)];
-        cells.extend(row.values.iter().map(|v| shortened(&v.to_string(), 20)));
         cells.extend(front.objectives.iter().map(|m| metric_text(results, row, *m)));
+        cells.extend(row.values.iter().map(|v| shortened(&v.to_string(), 20)));
         cells.push(
             row.limit
                 .as_ref()
@@ -112,34 +112,63 @@ fn table(out: &mut String, results: &Results, front: &Front) {
         lines.push(cells);
     }
     out.push('\n');
-    aligned(out, &lines);
+    aligned(out, &header, &lines);
     if n > shown.len() {
         let _ = writeln!(out, "  and {} more, in results.csv where on_front = true", n - shown.len());
     }
     out.push('\n');
 }
 
-/// Columns wide enough for their cells; the last that would not fit within a screen are left out.
-fn aligned(out: &mut String, lines: &[Vec<String>]) {
-    let n = lines.first().map_or(0, Vec::len);
-    let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..n).map(width).collect();
+/// A name in parts that fit a column, cut behind dots, underscores and spaces.
+fn cut(name: &str, width: usize) -> Vec<String> {
+    let mut parts: Vec<String> = Vec::new();
+    for piece in name.split_inclusive(['.', '_', ' ']) {
+        match parts.last_mut() {
+            Some(last) if last.chars().count() + piece.chars().count() <= width => last.push_str(piece),
+            _ => parts.push(piece.to_owned()),
+        }
+    }
+    parts
+}
+
+/// Columns wide enough for their cells, under headers of some lines; the last that do not fit a screen are named below.
+fn aligned(out: &mut String, header: &[String], lines: &[Vec<String>]) {
+    const LEAST: usize = 9;
+    let cells = |c: usize| lines.iter().map(move |l| l[c].chars().count()).max().unwrap_or(0);
+    let heads: Vec<Vec<String>> =
+        header.iter().enumerate().map(|(c, name)| cut(name, cells(c).max(LEAST))).collect();
+    let width =
+        |c: usize| heads[c].iter().map(|part| part.trim_end().chars().count()).fold(cells(c), usize::max);
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
     // Numbers to the right.
-    let is_text = |c: usize| lines.iter().skip(1).any(|l| l[c].starts_with(|x: char| x.is_alphabetic()));
+    let is_text = |c: usize| lines.iter().any(|l| l[c].starts_with(|x: char| x.is_alphabetic()));
     let mut total = 0;
     let fits = widths.iter().take_while(|w| {
         total += **w + 2;
         total <= WIDTH
     });
     let fits = fits.count();
-    for cells in lines {
+    let mut write = |cell: &dyn Fn(usize) -> String| {
         let padded: Vec<String> = (0..fits)
             .map(|c| {
-                let (cell, width) = (&cells[c], widths[c]);
+                let (cell, width) = (cell(c), widths[c]);
                 if is_text(c) { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
             })
             .collect();
         let _ = writeln!(out, "  {}", padded.join("  ").trim_end());
+    };
+    // Headers stand on their columns.
+    let height = heads[..fits].iter().map(Vec::len).max().unwrap_or(0);
+    for line in 0..height {
+        let part = |c: usize| {
+            let at = (line + heads[c].len()).checked_sub(height);
+            at.map_or_else(String::new, |at| heads[c][at].trim_end().to_owned())
+        };
+        write(&part);
+    }
+    lines.iter().for_each(|cells| write(&|c| cells[c].clone()));
+    if fits < header.len() {
+        paragraph(out, "", &format!("not shown: {}", header[fits..].join(", ")));
     }
 }
 
@@ -208,6 +237,7 @@ mod tests {
             assert!(text.contains(part), "'{part}' is missing in\n{text}");
         }
         assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(text.contains("not shown: "), "{text}");
         assert!(text.lines().count() < 50, "{text}");
     }
 

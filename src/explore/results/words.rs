@@ -30,8 +30,9 @@ pub fn point_text(results: &Results, row: &Row) -> String {
 /// A scale for numbers up to `largest`: what to multiply by, and the unit then.
 pub fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     let power = if largest > 0.0 { (largest.log10() / 3.0).floor() as i32 } else { 0 };
-    // Plain numbers up to 10,000 are read as they are.
-    let power = if (0.01..1e4).contains(&largest) { 0 } else { power.clamp(-3, 4) };
+    // Plain numbers up to 10,000 are read as they are; units with prefixes from 1.
+    let least = if ["s", "W", "J"].contains(&unit) { 1.0 } else { 0.01 };
+    let power = if (least..1e4).contains(&largest) { 0 } else { power.clamp(-3, 4) };
     if power == 0 {
         return (1.0, unit.to_owned());
     }
@@ -126,7 +127,7 @@ mod tests {
     #[test]
     fn scaled_units_keep_numbers_of_axes_short() {
         assert_eq!(scaled_unit("1/s", 5e6), (1e-6, "10^6/s".to_owned()));
-        assert_eq!(scaled_unit("s", 0.002), (10_f64.powi(3), "ms".to_owned()));
+        assert_eq!(scaled_unit("s", 0.02), (10_f64.powi(3), "ms".to_owned()));
         assert_eq!(scaled_unit("mm2", 20.0), (1.0, "mm2".to_owned()));
         assert_eq!(scaled_unit("gates", 2e4), (1e-3, "10^3 gates".to_owned()));
         assert_eq!(scaled_unit("", 0.0), (1.0, String::new()));

@@ -20,7 +20,8 @@ use super::sweep::{Sweep, SweepError};
 /// # Errors
 /// A sample without a number of points, or a grid of more combinations than can be gone through.
 pub fn plan(space: &Space) -> Result<Option<Vec<u64>>, String> {
-    let wanted = || space.search.points.ok_or("expected a number of points: `points` in [search], or --points");
+    let wanted =
+        || space.search.points.ok_or("expected a number of points: `points` in [search], or --points");
     match space.search.strategy {
         Strategy::Grid => {
             let n = space.n_combinations();

@@ -93,7 +93,10 @@ fn nsga2_with_a_quarter_of_the_points_finds_nearly_all_hypervolume() {
     let all = ranges.hypervolume(&grid);
     let shares: Vec<f64> = (1..=5)
         .map(|seed| {
-            let space = with(&format!("strategy = \"nsga2\"\npoints = {}\npopulation = 12\nseed = {seed}", grid.len() / 4));
+            let space = with(&format!(
+                "strategy = \"nsga2\"\npoints = {}\npopulation = 12\nseed = {seed}",
+                grid.len() / 4
+            ));
             let found = evaluated(&searched(&space));
             assert!(found.len() <= grid.len() / 4, "{}", found.len());
             ranges.hypervolume(&found) / all
@@ -120,7 +123,10 @@ fn halving_runs_its_last_rung_whole_on_the_share_that_is_kept_and_finds_the_best
     let space = with("strategy = \"halving\"\npoints = 64\nrungs = 3\nkeep = 0.5");
     let outcomes = searched(&space);
     let n = |wanted: Extent| {
-        outcomes.iter().filter(|(_, o)| matches!(o, Outcome::Known { extent, .. } if *extent == wanted)).count()
+        outcomes
+            .iter()
+            .filter(|(_, o)| matches!(o, Outcome::Known { extent, .. } if *extent == wanted))
+            .count()
     };
     assert_eq!((n(Extent::Rung(2)), n(Extent::Rung(1)), n(Extent::Whole)), (32, 16, 16));
     // Of the candidates that it began with, those on their true front are mostly among the last.

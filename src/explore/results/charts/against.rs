@@ -82,7 +82,7 @@ pub(super) fn chart(results: &Results, front: &Front, curve: &Curve) -> Chart {
     for objective in &front.objectives {
         notes.extend(curve.optimum(results, *objective).map(|best| best.reason));
     }
-    let title = format!("{} -- {axis}", results.question);
+    let title = format!("{} Metrics against {axis}", results.question);
     let sheet = Sheet { title, notes, panels };
     Chart { name: format!("against-{}", file_key(axis)), drawing: Drawing::Sheet(sheet) }
 }

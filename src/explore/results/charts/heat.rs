@@ -57,6 +57,10 @@ pub(in crate::explore::results) fn direction(
     let high = means.iter().fold(f64::NEG_INFINITY, |a, b| a.max(b.1));
     // Steps back of under 2 % of the way do not count.
     let least = 0.02 * (high - low);
+    // What the axis hardly does has no way.
+    if effect.share.value().is_none_or(|share| share < 0.005) {
+        return "";
+    }
     match (steps().all(|s| s >= -least), steps().all(|s| s <= least)) {
         _ if means.len() < 2 || high <= low => "",
         (true, _) => "rising",
@@ -132,6 +136,6 @@ impl Figure for HeatMap {
 fn colours(share: Option<f64>) -> (RGBColor, RGBColor) {
     let Some(share) = share else { return (RGBColor(235, 235, 235), RGBColor(110, 110, 110)) };
     let mix = |full: f64| (255.0 + (full - 255.0) * share.clamp(0.0, 1.0)).round() as u8;
-    let ink = if share > 0.5 { WHITE } else { BLACK };
+    let ink = if share > 0.8 { WHITE } else { BLACK };
     (RGBColor(mix(0.0), mix(114.0), mix(178.0)), ink)
 }

@@ -37,6 +37,7 @@ fn chart(results: &Results, front: &Front, x: usize, y: usize) -> Chart {
         (&format!("{x_title}, {}", better(x)), scale_for(&xs, false)),
         (&y_title, scale_for(&ys, false)),
     );
+    let mut notes = vec![summary(results, front.members.len())];
     let place = |row: usize| {
         let value = |m: usize| results.rows[row].metrics[m].unwrap_or(f64::NAN);
         (fx * value(x), fy * value(y))
@@ -64,13 +65,13 @@ fn chart(results: &Results, front: &Front, x: usize, y: usize) -> Chart {
     for (m, colour) in [(x, 2), (y, 3)] {
         if let Some((row, _)) = front.best(results, m).filter(|(row, _)| front.rank[*row].is_some()) {
             let value = metric_text(results, &results.rows[row], m);
-            let name = format!("best {}: {value}", results.metrics[m].name);
+            let name =
+                format!("best {}: {value}, point {}", results.metrics[m].name, results.rows[row].ordinal);
             panel.series.push(Series::new(shortened(&name, LEGEND), Mark::Ring, colour, [place(row)]));
-            let point = shortened(&point_text(results, &results.rows[row]), LEGEND);
-            panel.series.push(Series::new(point, Mark::Ring, colour, []));
+            let point = point_text(results, &results.rows[row]);
+            notes.push(format!("Best {}: {value} at {point}.", results.metrics[m].name));
         }
     }
-    let mut notes = vec![summary(results, front.members.len())];
     if let Some(share) = front.hypervolume {
         let of = if two { "both" } else { "all" };
         notes.push(format!(

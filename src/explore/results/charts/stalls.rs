@@ -52,18 +52,19 @@ pub(super) fn chart(results: &Results, front: &Front) -> Option<Chart> {
             let lines: Vec<String> = values.chunks(half).map(|v| shortened(&v.join(" "), 12)).collect();
             lines.join("\n")
         } else {
-            format!("#{}", r.ordinal)
+            r.ordinal.to_string()
         }
     };
-    let x_title = match () {
-        () if one_axis => results.axes[0].name.clone(),
-        () if rows.len() <= NAMED => String::new(),
-        () => "point, in the order of the first objective".to_owned(),
-    };
-    let names = Scale::Names(rows.iter().map(name).collect());
+    let x_title = if one_axis { results.axes[0].name.as_str() } else { "" };
+    let mut names: Vec<String> = rows.iter().map(name).collect();
+    let is_numbered = !one_axis && rows.len() > NAMED;
+    if is_numbered {
+        // Every second one a line lower, as they are wider than a bar.
+        names.iter_mut().skip(1).step_by(2).for_each(|name| name.insert(0, '\n'));
+    }
     let mut panel = Panel::new(
         "Cycles of all ICUs by cause",
-        (&x_title, names),
+        (x_title, Scale::Names(names)),
         ("% of the ICUs' cycles", Scale::Linear { from_zero: true }),
     );
     for (i, cause) in Cause::ALL.iter().enumerate() {
@@ -84,7 +85,10 @@ pub(super) fn chart(results: &Results, front: &Front) -> Option<Chart> {
         rows.len(),
         results.rows.iter().filter(|r| is_measured(r)).count()
     )];
-    if !one_axis && rows.len() <= NAMED {
+    if is_numbered {
+        let order = front.objectives.first().map_or("", |m| results.metrics[*m].name.as_str());
+        notes.push(format!("Below each bar: its point. From left to right: the best {order} first."));
+    } else if !one_axis {
         let axes: Vec<&str> = results.axes.iter().map(|a| a.name.as_str()).collect();
         notes.push(format!("Below each bar: {}.", axes.join(", ")));
     }

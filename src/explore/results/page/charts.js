@@ -101,7 +101,7 @@ function heat() {
       ...row.cells.map(([share, words]) => {
         if (share === null) return element("td", { className: "none" }, words);
         const percent = 100 * share;
-        const ink = share > 0.45 ? "#ffffff" : "var(--ink)";
+        const ink = share > (matchMedia("(prefers-color-scheme: dark)").matches ? 0 : 0.8) ? "#ffffff" : "var(--ink)";
         return element("td", { style: `background:color-mix(in srgb, #0072b2 ${percent.toFixed(0)}%, var(--paper));color:${ink}` },
           `${digits(Number(percent.toPrecision(3)))} % ${words}`);
       }), element("td", { className: "basis" }, row.basis)));
