@@ -1,20 +1,22 @@
 //! The CTU: a step's datapath as a chain cut into `ctu.depth` stages, contexts, the occupancy bit of every cell.
 //!
 //! ```text
-//! distances 3, speeds 3 | crossing products 6 | nearest plane 3 | choice of axis | end test, occupancy bit
+//! distances 3, speeds 3 | crossing products 6 | nearest plane 3 | choice of axis | end test
 //! ```
 //! In grid partition a context holds its ray's words, cell, best hit and counters; in shells the tracker does, and a
-//! context is the place of a step under way. A cycle before the chain, a ready context is chosen and read.
+//! context is the place of a step under way. A ready context is chosen and read before the chain, the next cell's occupancy
+//! bit read beside its end test: paths of their own.
 //! Operators: `datapath/cell_step.rs`. The occupancy bits are on the CTU's chip, as `blocks/ctu.rs` assumes; a board whose
 //! grid is chosen for the scene has room for 32 cells an axis.
 
 use super::design::{Block, COUNT_BITS, Design};
 use super::hardware::Hardware;
-use super::operators::{Operator, Part};
 use super::pipeline::Pipeline;
 
 /// Bits that the occupancy memory gives at once: ASSUMED.
 const OCCUPANCY_WORD: u64 = 32;
+/// Bits of a cell's index along an axis, and a sign.
+const INDEX_BITS: u64 = 8;
 /// State of a context beside its words: entering, fresh, list done, ready, free.
 const CONTEXT_FLAGS: u64 = 5;
 
@@ -34,13 +36,19 @@ pub(super) fn block(design: &Design<'_>) -> Block {
     let hardware = pipeline.hardware
         + Hardware::registers(cut.register_bits + u64::from(spec.ctu.depth))
         + held
-        + Hardware::memory(words, word);
+        + Hardware::memory(words, word)
+        + Hardware::multiplexer(1, word);
     let choice = if design.in_shells() {
         timing.arbiter_ns(contexts)
     } else {
         timing.arbiter_ns(contexts).max(timing.array_ns(contexts, bits))
     };
-    let paths = [(cut.longest_ns, cut.path), (choice, "next context".to_owned())];
+    let bit_ns = timing.memory_ns(words, word) + timing.choice_ns(word);
+    let paths = [
+        (cut.longest_ns, cut.path),
+        (choice, "next context".to_owned()),
+        (bit_ns, "occupancy bit".to_owned()),
+    ];
     let context_pj = if design.in_shells() { 0.0 } else { 2.0 * design.access_pj(contexts, bits) };
     let event_pj = design.logic_pj(&pipeline.work) + design.access_pj(words, word) + context_pj;
     Block::new("ctu", design.ctus(), hardware, paths, event_pj)
@@ -75,19 +83,11 @@ pub(super) fn datapath<'a>(design: &Design<'a>) -> Pipeline<'a> {
     );
     p.phase("nearest plane", vec![(timing.comparator(product), 3)], operands + tags);
     let axis = timing.multiplexer(plane + speed, 3);
-    let cell = timing.adder(design.cell / 3);
-    p.phase("choice of axis", vec![(axis, 1), (cell, 1)], design.cell + tags);
+    p.phase("choice of axis", vec![(axis, 1), (timing.adder(INDEX_BITS), 1)], design.cell + tags);
     let end_test = timing.sum_of_products(1, wire("t") + 1, speed, end).then(timing.comparator(end));
-    let (words, word) = occupancy(design);
-    let bit = Operator {
-        hardware: Hardware::multiplexer(1, word),
-        in_bits: design.cell,
-        parts: vec![Part { delay_ns: timing.memory_ns(words, word) + timing.choice_ns(word), bits_after: 1 }],
-    };
-    let shells = (
-        timing.adder(design.cell / 3).then(timing.comparator(design.cell / 3)),
-        if design.in_shells() { 3 } else { 0 },
-    );
-    p.phase("end test, occupancy", vec![(end_test, 1), (bit, 1), shells], tags);
+    // How far the next cell is from the apex's, of which the largest is compared with the shell's radius.
+    let distance = timing.adder(INDEX_BITS).then(timing.comparator(INDEX_BITS));
+    let n_distances = if design.in_shells() { 3 } else { 0 };
+    p.phase("end test", vec![(end_test, 1), (distance, n_distances)], design.cell + tags);
     p
 }

@@ -49,3 +49,7 @@ fn kind_of(name: &str) -> &str {
     let last = name.rsplit('.').next().unwrap_or(name);
     last.trim_end_matches(|c: char| c.is_ascii_digit())
 }
+
+#[cfg(test)]
+#[path = "energy_tests.rs"]
+mod tests;

@@ -12,7 +12,7 @@ use crate::functional::MAILBOX_ENTRIES;
 use crate::memory::LINE_WORDS;
 
 use super::design::{BUNDLE_RAYS, Block, COUNT_BITS, Design, PATCH_BITS};
-use super::hardware::Hardware;
+use super::hardware::{Hardware, levels};
 
 /// Bits of a distance in cells: 256 at most.
 const RADIUS_BITS: u64 = 9;
@@ -52,7 +52,7 @@ pub(super) fn shell_tracker(design: &Design<'_>) -> Block {
     let hardware = bundle.times(slots) + words + choices + barrier;
     let walk = timing.arbiter_ns(BUNDLE_RAYS) + timing.choice_ns(slots);
     let table = timing.equality_ns(cell)
-        + timing.step_ns() * super::hardware::levels(entries) as f64
+        + timing.step_ns() * levels(entries).div_ceil(2) as f64
         + timing.array_ns(entries, BUNDLE_RAYS);
     let paths = [
         (walk, "next walking ray".to_owned()),

@@ -20,15 +20,15 @@ pub(super) const REGISTER_WORDS: u64 = 4;
 /// of Mulder, Quach, Flynn 1991 (An area model for on-chip memories).
 const PERIPHERY_ROWS: f64 = 12.0;
 /// Words up to which an FPGA keeps an array in look-up tables: ASSUMED.
-const LUT_ARRAY_WORDS: u64 = 64;
+pub(super) const LUT_ARRAY_WORDS: u64 = 64;
 /// LUTs of 16 words of 4 bits, with their write decoder: ECP5 family data sheet (a slice pair as memory, one to write).
 const LUTS_A_LUT_ARRAY: f64 = 6.0;
 /// Widest word and, at that width, the words of a memory block of 18 Kibit: ECP5 family data sheet.
 const BLOCK_BITS: u64 = 36;
 const BLOCK_WORDS: u64 = 512;
 
-/// NAND2 equivalents of a 2:1 multiplexer: MUX2X1 192 um2 over NAND2X1 96 um2 (OSU 0.35 um).
-pub(super) const MUX_GATES: f64 = 2.0;
+/// NAND2 equivalents of a 2:1 multiplexer: fitted to `mux32`, `shift54`, `regs32` (docs/cost-model.md).
+pub(super) const MUX_GATES: f64 = 3.0;
 
 /// A sum of hardware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -108,8 +108,8 @@ impl Hardware {
     /// `ways` words of `bits`, one of which is chosen.
     pub(super) fn multiplexer(bits: u64, ways: u64) -> Hardware {
         let choices = (bits * ways.saturating_sub(1)) as f64;
-        // A LUT4 is a 2:1 multiplexer; with the slice's own multiplexers two make a 4:1 one.
-        Hardware::logic(MUX_GATES * choices, choices * 2.0 / 3.0)
+        // `mux32`: 128 LUTs for 32 x 3 choices.
+        Hardware::logic(MUX_GATES * choices, choices * 4.0 / 3.0)
     }
 
     /// Memory alone, as of caches: `words` of `bits`.

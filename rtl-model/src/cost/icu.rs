@@ -59,7 +59,7 @@ pub(super) fn job_bits(design: &Design<'_>) -> u64 {
 fn ray_path(design: &Design<'_>) -> (f64, String) {
     let timing = design.timing;
     if design.in_shells() {
-        let ns = timing.arbiter_ns(BUNDLE_RAYS).max(timing.array_ns(design.module_rays(), design.ray));
+        let ns = timing.lowest_ns(BUNDLE_RAYS).max(timing.array_ns(design.module_rays(), design.ray));
         (ns, "next ray of the job".into())
     } else {
         (timing.choice_ns(2), "job register".into())

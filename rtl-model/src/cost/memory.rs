@@ -5,8 +5,8 @@
 //! ```
 //! Tags are what of a line's number the set does not say, of as many lines as the board's DRAM has. All ways are read at
 //! once with their tags and chosen between: the path of a look-up is the longer of tags and comparison, and lines, then
-//! the choice. In the cluster buffer only tags are looked up in one cycle; its lines take `cycles`, cut between decoder,
-//! bit lines and choice. A cache of 0 bytes is its miss registers, a line each. DRAM chips are left out.
+//! the choice. The cluster buffer looks at tags first and then reads one line; both together take `cycles`, cut between
+//! tags, decoder and bit lines. A cache of 0 bytes is its miss registers, a line each. DRAM chips are left out.
 
 use crate::spec::BoardSpec;
 
@@ -136,29 +136,33 @@ pub(super) fn cluster_buffer(design: &Design<'_>) -> Block {
         + timing.equality(design.line).hardware.times(registers);
     let mut hardware =
         open + Hardware::multiplexer(design.line + 1, sources) + Hardware::multiplexer(LINE_BITS, 2);
-    let mut paths = vec![(timing.arbiter_ns(sources) + tag_ns(design, &shape), "arbiter, tags".to_owned())];
+    let tags_ns = timing.arbiter_ns(sources) + tag_ns(design, &shape);
+    let mut longest = (tags_ns, "tags".to_owned());
+    let mut event_pj = design.access_pj(shape.sets(), shape.set_bits(design.line));
     if shape.lines() > 0 {
-        let (sets, width) = (shape.sets(), shape.ways() * LINE_BITS);
-        let tags = Hardware::memory(sets, shape.set_bits(design.line));
+        let tags = Hardware::memory(shape.sets(), shape.set_bits(design.line));
         let compare = timing.equality(shape.tag_bits(design.line)).hardware.times(shape.ways());
-        let choice = Hardware::multiplexer(LINE_BITS, shape.ways());
-        hardware += tags + Hardware::memory(sets, width) + compare + choice;
-        let decoder = timing.ram_level_ns * index_bits(sets) as f64;
-        let part = |delay_ns, bits_after| Part { delay_ns, bits_after };
-        let parts = vec![
-            part(decoder, index_bits(sets)),
-            part(timing.memory_ns(sets, width) - decoder, width),
-            part(timing.choice_ns(shape.ways()), LINE_BITS),
-        ];
+        hardware += tags + Hardware::memory(shape.lines(), LINE_BITS) + compare;
+        event_pj += design.access_pj(shape.lines(), LINE_BITS);
+        // Where a line lies and for whom it is, then the line.
+        let decoder_ns = timing.ram_level_ns * index_bits(shape.lines()) as f64;
+        let array_ns = timing.memory_ns(shape.lines(), LINE_BITS) - decoder_ns;
         let mut chain = Pipeline::new(timing, 1, design.line);
-        let access = Operator { hardware: Hardware::default(), in_bits: design.line, parts };
-        chain.phase("lines", vec![(access, 1)], sources + index_bits(shape.ways()));
+        let slices = [
+            ("tags", tags_ns, design.line),
+            ("decoder", decoder_ns, design.line),
+            ("line", array_ns, LINE_BITS),
+        ];
+        for (name, delay_ns, bits_after) in slices {
+            let parts = vec![Part { delay_ns, bits_after }];
+            let access = Operator { hardware: Hardware::default(), in_bits: design.line, parts };
+            chain.phase(name, vec![(access, 1)], sources);
+        }
         let cut = chain.cut(buffer.cycles);
         hardware += Hardware::registers(cut.register_bits);
-        paths.push((cut.longest_ns, cut.path));
+        longest = (cut.longest_ns, cut.path);
     }
-    let event_pj = look_up_pj(design, &shape);
-    Block::new("cluster_buffer", design.clusters(), hardware, paths, event_pj)
+    Block::new("cluster_buffer", design.clusters(), hardware, [longest], event_pj)
 }
 
 /// The controller of the DRAM: open rows, one line under way.

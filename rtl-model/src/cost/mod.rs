@@ -184,3 +184,10 @@ fn leakage_w(all: &Hardware, technology: &Technology) -> f64 {
         + all.ram_bits as f64 * energy.ram_bit_leak_nw)
         * 1e-9
 }
+
+#[cfg(test)]
+mod anchor_tests;
+#[cfg(test)]
+mod monotone_tests;
+#[cfg(test)]
+mod tests;

@@ -10,22 +10,32 @@
 //! adders sums. Laws and coefficients are fitted to synthesised operators: docs/cost-model.md.
 //! Not modelled: Booth recoding, compressors beyond full adders, constant operands.
 
-use super::hardware::{Hardware, levels};
+use super::hardware::{Hardware, LUT_ARRAY_WORDS, levels};
 use super::technology::Timing;
 
-/// NAND2 equivalents of an adder: a bit, and a bit and level of carries.
-pub(super) const ADDER_BIT_GATES: f64 = 6.0;
-pub(super) const ADDER_LEVEL_GATES: f64 = 0.8;
-/// NAND2 equivalents of a full adder of a tree.
-pub(super) const FULL_ADDER_GATES: f64 = 8.5;
-/// NAND2 equivalents of a bit of a partial product.
+/// NAND2 equivalents of an adder: a bit, and a bit and level of carries. Fitted to `add8` to `add80`.
+pub(super) const ADDER_BIT_GATES: f64 = 6.5;
+pub(super) const ADDER_LEVEL_GATES: f64 = 0.5;
+/// NAND2 equivalents of choosing between addition and subtraction, a bit: `addsub32`, `addsub80`.
+pub(super) const SUBTRACT_GATES: f64 = 3.5;
+/// NAND2 equivalents of a magnitude: a bit, and a bit and level: `abs26`, `abs80`.
+pub(super) const MAGNITUDE_BIT_GATES: f64 = 3.4;
+pub(super) const MAGNITUDE_LEVEL_GATES: f64 = 0.24;
+/// A magnitude's delay over an adder's: the same.
+const MAGNITUDE_DELAY: f64 = 0.65;
+/// NAND2 equivalents of a full adder of a tree: fitted to `mul8` to `mul32`, `smul26`, `cross26`, `dot26`, `csa24`.
+pub(super) const FULL_ADDER_GATES: f64 = 10.9;
+/// NAND2 equivalents of a bit of a partial product: AND2X1, 128 um2 over 96 um2.
 pub(super) const PARTIAL_PRODUCT_GATES: f64 = 1.35;
-/// NAND2 equivalents of a compared bit.
-pub(super) const COMPARE_BIT_GATES: f64 = 4.0;
-/// NAND2 equivalents of an XOR: XOR2X1 224 um2 over NAND2X1 96 um2 (OSU 0.35 um).
-pub(super) const XOR_GATES: f64 = 7.0 / 3.0;
-/// NAND2 equivalents of a bit of an OR tree: NOR and NAND in turn.
+/// NAND2 equivalents of a compared bit, a < b: `less8` to `less80`.
+pub(super) const COMPARE_BIT_GATES: f64 = 6.4;
+/// NAND2 equivalents of a compared bit, a = b: `equal24`.
+pub(super) const EQUAL_BIT_GATES: f64 = 4.0;
+/// NAND2 equivalents of a bit of an OR tree: `any64`.
 const OR_GATES: f64 = 1.0;
+/// LUTs a bit of an adder-subtractor or magnitude, and of a comparison: `addsub32`, `abs26`; `less24` to `less80`.
+const LUTS_A_SIGNED_BIT: f64 = 2.0;
+const LUTS_A_COMPARED_BIT: f64 = 2.2;
 /// Bits of a carry chain that are one part: ASSUMED.
 const CHAIN_BITS: u64 = 16;
 /// Factor bits of a multiplier block: ECP5 family data sheet.
@@ -105,17 +115,28 @@ impl Timing {
         self.wired(self.logic_ns * (1 + 2 * levels(n)) as f64)
     }
 
+    /// The lowest of `n` bits that are set: a tree (ns).
+    pub(super) fn lowest_ns(&self, n: u64) -> f64 {
+        self.wired(self.logic_ns * (1 + levels(n)) as f64)
+    }
+
     /// An adder in one piece, with its result (ns).
     pub(super) fn adder_ns(&self, bits: u64) -> f64 {
-        let carries = self.adder_level_ns * levels(bits) as f64 + self.carry_bit_ns * bits as f64;
+        let carries = self.adder_level_ns * levels_after_first(bits) + self.carry_bit_ns * bits as f64;
         self.wired(self.adder_ends_ns + carries)
+    }
+
+    /// Whether a < b (ns).
+    pub(super) fn comparator_ns(&self, bits: u64) -> f64 {
+        let carries = self.compare_level_ns * levels_after_first(bits) + self.carry_bit_ns * bits as f64;
+        self.wired(self.compare_ends_ns + carries)
     }
 
     /// a + b or a - b of `bits` bits.
     pub(super) fn adder(&self, bits: u64) -> Operator {
-        let n_levels = levels(bits);
         let w = bits as f64;
-        let hardware = Hardware::logic(w * (ADDER_BIT_GATES + ADDER_LEVEL_GATES * n_levels as f64), w);
+        let gates = w * (ADDER_BIT_GATES + ADDER_LEVEL_GATES * levels(bits) as f64);
+        let hardware = Hardware::logic(gates, w);
         let part = |delay_ns, bits_after| Part { delay_ns: self.wired(delay_ns), bits_after };
         let parts = if self.carry_bit_ns > 0.0 {
             let first = bits.min(CHAIN_BITS);
@@ -131,10 +152,14 @@ impl Timing {
             parts
         } else {
             // Propagate bits, and generate and propagate of the groups, of which fewer and fewer are not final.
-            let ends = self.adder_ends_ns / 2.0;
-            let mut parts = vec![part(ends, 2 * bits)];
-            parts.extend((1..=n_levels).map(|_| part(self.adder_level_ns, 3 * bits)));
-            parts.push(part(ends, bits));
+            let n_levels = levels(bits).saturating_sub(1);
+            let inner = |_| part(self.adder_level_ns, 3 * bits);
+            let mut parts: Vec<Part> = (1..=n_levels).map(inner).collect();
+            // The ends are shorter than a level: with the last one.
+            match parts.last_mut() {
+                Some(last) => *last = part(self.adder_level_ns + self.adder_ends_ns, bits),
+                None => parts.push(part(self.adder_ends_ns, bits)),
+            }
             parts
         };
         Operator { hardware, in_bits: 2 * bits, parts }
@@ -143,30 +168,37 @@ impl Timing {
     /// a + b or a - b, as a sign chooses.
     pub(super) fn adder_subtractor(&self, bits: u64) -> Operator {
         let mut adder = self.adder(bits);
-        adder.hardware += Hardware::logic(XOR_GATES * bits as f64, 0.0);
+        let w = bits as f64;
+        adder.hardware += Hardware::logic(SUBTRACT_GATES * w, (LUTS_A_SIGNED_BIT - 1.0) * w);
+        // An FPGA's carry chain has it in the LUT before each carry.
         if !self.has_blocks() {
-            adder.parts[0].delay_ns += self.step_ns();
+            adder.parts[0].delay_ns += 2.0 * self.step_ns();
         }
         adder
     }
 
-    /// |a|, or an increment: half an adder.
+    /// |a|, or a + 1 where a bit says so.
     pub(super) fn magnitude(&self, bits: u64) -> Operator {
-        let mut adder = self.adder_subtractor(bits);
-        adder.hardware.gates *= 0.5;
-        adder.in_bits = bits;
-        adder
+        let mut adder = self.adder(bits);
+        let w = bits as f64;
+        let gates = w * (MAGNITUDE_BIT_GATES + MAGNITUDE_LEVEL_GATES * levels(bits) as f64);
+        adder.hardware = Hardware::logic(gates, LUTS_A_SIGNED_BIT * w);
+        if !self.has_blocks() {
+            adder.parts.iter_mut().for_each(|part| part.delay_ns *= MAGNITUDE_DELAY);
+        }
+        Operator { in_bits: bits, ..adder }
     }
 
     /// Whether a < b: a bit. In one piece.
     pub(super) fn comparator(&self, bits: u64) -> Operator {
-        let hardware = Hardware::logic(COMPARE_BIT_GATES * bits as f64, bits as f64 / 2.0);
-        Operator::one(hardware, 2 * bits, self.adder_ns(bits), 1)
+        let w = bits as f64;
+        let hardware = Hardware::logic(COMPARE_BIT_GATES * w, LUTS_A_COMPARED_BIT * w);
+        Operator::one(hardware, 2 * bits, self.comparator_ns(bits), 1)
     }
 
     /// Whether a = b: a bit.
     pub(super) fn equality(&self, bits: u64) -> Operator {
-        let hardware = Hardware::logic((XOR_GATES + OR_GATES) * bits as f64, bits as f64 * 2.0 / 3.0);
+        let hardware = Hardware::logic(EQUAL_BIT_GATES * bits as f64, bits as f64 * 2.0 / 3.0);
         Operator::one(hardware, 2 * bits, self.equality_ns(bits), 1)
     }
 
@@ -195,10 +227,6 @@ impl Timing {
 
     /// Three words become two: a row of full adders.
     pub(super) fn carry_save_row(&self, bits: u64) -> Operator {
-        if self.has_blocks() {
-            let sum = self.adder(bits);
-            return Operator { parts: sum.parts, in_bits: 3 * bits, hardware: sum.hardware };
-        }
         let hardware = Hardware::logic(FULL_ADDER_GATES * bits as f64, 2.0 * bits as f64);
         Operator::one(hardware, 3 * bits, self.wired(self.full_adder_ns), 2 * bits)
     }
@@ -253,11 +281,12 @@ impl Timing {
         let mut all = Operator { hardware, in_bits: k * (m + n), parts: vec![first] };
         while terms > 1 {
             let pairs = terms / 2;
-            let mut row = self.adder(bits);
+            // Neighbouring blocks' results overlap by half (`mul20` to `mul32`).
+            let mut row = self.adder(bits / 2);
             row.hardware = row.hardware.times(pairs);
             terms -= pairs;
             for part in &mut row.parts {
-                part.bits_after *= terms;
+                part.bits_after = (part.bits_after * 2 * terms).max(bits);
             }
             all = all.then(row);
         }
@@ -269,6 +298,9 @@ impl Timing {
         if words == 0 {
             return 0.0;
         }
+        if self.has_blocks() && words <= LUT_ARRAY_WORDS {
+            return self.wired(self.logic_ns * (1 + levels(words.div_ceil(16))) as f64);
+        }
         let root = (words as f64 * bits as f64 / 1024.0).sqrt();
         self.ram_ns + self.ram_level_ns * levels(words) as f64 + self.ram_wire_ns * root
     }
@@ -279,6 +311,11 @@ impl Timing {
         let choices = in_registers + u64::from(words > in_registers);
         self.choice_ns(choices).max(self.memory_ns(words - in_registers, bits))
     }
+}
+
+/// Levels of carries of so many bits after the first one.
+fn levels_after_first(bits: u64) -> f64 {
+    levels(bits).saturating_sub(1) as f64
 }
 
 /// Rows of full adders from `rows` words to two: Dadda's sequence 2, 3, 4, 6, 9, 13...

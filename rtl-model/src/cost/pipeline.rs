@@ -9,8 +9,9 @@
 //! sums of delays, its minimum where both are equal, which moves on with i (Manne, Sorevik 1995, on optimal partitioning
 //! of sequences). Of those, from the end, each cut stands where the fewest bits are alive. Registers are the live bits at
 //! the cuts and at the end.
-//! A cut into more stages may by chance meet narrower places and need fewer registers; then the count of the shallower
-//! cut stands, so that a stage more never takes a register away. Beyond a stage a slice, a stage costs the narrowest place.
+//! A stage more that makes none of the others shorter is empty: it costs the narrowest place. One that does may by chance
+//! meet narrower places and need fewer registers; then the count of the shallower cut stands, so that a stage more never
+//! takes a register away.
 //! With an interval of I cycles uses of an operator share units, ceil(uses / I) of them behind multiplexers, and the
 //! stages hold a test in I cycles: registers / I, and the widest place once, where the operands of a test stand meanwhile.
 
@@ -127,14 +128,18 @@ impl<'a> Pipeline<'a> {
         for (i, slice) in self.slices.iter().enumerate() {
             sums[i + 1] = sums[i] + slice.delay_ns;
         }
-        let (mut bits, mut ends) = (0, Vec::new());
         let best = best_cuts(&sums, deepest);
+        let narrowest = self.slices.iter().map(|slice| slice.bits_after).min().unwrap_or(0);
+        let (mut bits, mut ends) = (0_u64, Vec::new());
         for stages in 1..=deepest {
+            if stages > 1 && best[stages - 1][n] >= best[stages - 2][n] - EQUAL_NS {
+                bits += narrowest;
+                continue;
+            }
             ends = self.narrow_cuts(&sums, &best, stages);
             // The result's register is the last one.
             bits = bits.max(ends.iter().map(|&end| self.slices[end - 1].bits_after).sum());
         }
-        let narrowest = self.slices.iter().map(|slice| slice.bits_after).min().unwrap_or(0);
         bits += narrowest * u64::from(stages).saturating_sub(deepest as u64);
         let (from, to, longest_ns) = longest(&sums, &ends);
         Cut { longest_ns, path: self.phases(from, to), register_bits: self.held(bits) }
@@ -224,3 +229,7 @@ fn longest(sums: &[f64], ends: &[usize]) -> (usize, usize, f64) {
     }
     found
 }
+
+#[cfg(test)]
+#[path = "pipeline_tests.rs"]
+mod tests;

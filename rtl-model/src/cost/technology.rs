@@ -13,8 +13,12 @@ use serde::Serialize;
 pub struct Timing {
     /// An adder's first and last level together: generate and propagate, the sum's XOR (ns).
     pub adder_ends_ns: f64,
-    /// A level of its carries, of which there are log2 of its bits (ns).
+    /// A level of its carries after the first; there are log2 of its bits (ns).
     pub adder_level_ns: f64,
+    /// The same of a comparison, which needs one carry (ns).
+    pub compare_ends_ns: f64,
+    /// A level of it after the first (ns).
+    pub compare_level_ns: f64,
     /// FPGA: a bit of the carry chain, instead of levels (ns).
     pub carry_bit_ns: f64,
     /// A row of full adders (ns).
@@ -90,24 +94,29 @@ pub struct Technology {
     pub energy: EnergyFigures,
 }
 
+/// Delay of cells with wires over that of cells alone: ASSUMED.
+const WIRE_FACTOR: f64 = 1.2;
+
 /// OSU standard cells, TSMC 0.35 um, 3.3 V, typical, 25 degrees C.
 const OSU_035: Technology = Technology {
     name: "osu-0.35um",
     is_fpga: false,
     timing: Timing {
-        adder_ends_ns: 0.9,
-        adder_level_ns: 0.27,
+        adder_ends_ns: 0.25,
+        adder_level_ns: 0.57,
+        compare_ends_ns: 0.33,
+        compare_level_ns: 0.195,
         carry_bit_ns: 0.0,
-        full_adder_ns: 0.6,
+        full_adder_ns: 0.42,
         partial_product_ns: 0.2,
         dsp_ns: 0.0,
-        mux_ns: 0.3,
-        logic_ns: 0.3,
-        register_ns: 0.9,
+        mux_ns: 0.25,
+        logic_ns: 0.19,
+        register_ns: 0.8,
         ram_ns: 1.2,
         ram_level_ns: 0.12,
         ram_wire_ns: 0.2,
-        wire_factor: 1.2,
+        wire_factor: WIRE_FACTOR,
     },
     area: Some(CellArea { gate_um2: 96.0, flip_flop_um2: 384.0, ram_cell_um2: 29.0, utilisation: 0.75 }),
     energy: EnergyFigures {
@@ -127,7 +136,23 @@ const OSU_035: Technology = Technology {
 const OSU_018: Technology = Technology {
     name: "osu-0.18um",
     is_fpga: false,
-    timing: scaled_timing(&OSU_035.timing, 4.34 / 6.84),
+    timing: Timing {
+        adder_ends_ns: 0.2,
+        adder_level_ns: 0.295,
+        compare_ends_ns: 0.23,
+        compare_level_ns: 0.12,
+        carry_bit_ns: 0.0,
+        full_adder_ns: 0.3,
+        partial_product_ns: 0.12,
+        dsp_ns: 0.0,
+        mux_ns: 0.15,
+        logic_ns: 0.115,
+        register_ns: 0.55,
+        ram_ns: 0.7,
+        ram_level_ns: 0.07,
+        ram_wire_ns: 0.12,
+        wire_factor: WIRE_FACTOR,
+    },
     area: Some(CellArea { gate_um2: 24.0, flip_flop_um2: 96.0, ram_cell_um2: 7.7, utilisation: 0.75 }),
     energy: EnergyFigures {
         gate_pj: 0.05,
@@ -147,18 +172,20 @@ const ECP5: Technology = Technology {
     name: "ecp5",
     is_fpga: true,
     timing: Timing {
-        adder_ends_ns: 1.2,
+        adder_ends_ns: 2.0,
         adder_level_ns: 0.0,
-        carry_bit_ns: 0.035,
-        full_adder_ns: 0.0,
+        compare_ends_ns: 2.0,
+        compare_level_ns: 0.0,
+        carry_bit_ns: 0.0355,
+        full_adder_ns: 1.15,
         partial_product_ns: 0.0,
-        dsp_ns: 2.4,
-        mux_ns: 0.8,
-        logic_ns: 0.8,
-        register_ns: 0.9,
-        ram_ns: 3.5,
-        ram_level_ns: 0.05,
-        ram_wire_ns: 0.1,
+        dsp_ns: 5.0,
+        mux_ns: 0.6,
+        logic_ns: 1.15,
+        register_ns: 0.52,
+        ram_ns: 6.4,
+        ram_level_ns: 0.0,
+        ram_wire_ns: 0.0,
         wire_factor: 1.0,
     },
     area: None,
@@ -207,6 +234,8 @@ const fn scaled_timing(of: &Timing, factor: f64) -> Timing {
     Timing {
         adder_ends_ns: of.adder_ends_ns * factor,
         adder_level_ns: of.adder_level_ns * factor,
+        compare_ends_ns: of.compare_ends_ns * factor,
+        compare_level_ns: of.compare_level_ns * factor,
         carry_bit_ns: of.carry_bit_ns * factor,
         full_adder_ns: of.full_adder_ns * factor,
         partial_product_ns: of.partial_product_ns * factor,
