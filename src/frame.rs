@@ -48,7 +48,10 @@ pub use error::FrameError;
 pub use grid::{GridFault, GridOptions, GridPointsHidden, GridProbed, probe_grid};
 pub use pass_one::{PassOne, SolvePlan};
 use pass_one::{Passed, pass_1, pass_1_refined};
-pub use recorded::{Simulation, record_scene, replay_scene, sample_scene};
+pub use recorded::{
+    SharedWork, Simulation, record_scene, replay_scene, sample_scene, share_commands, share_work,
+    workload_settings,
+};
 pub use verify::{Verified, verify_scene};
 
 /// What every product needs.

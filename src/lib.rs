@@ -46,6 +46,8 @@ pub mod trace;
 
 pub mod report;
 
+pub mod plot;
+
 pub mod experiments;
 
 #[cfg(feature = "explore")]

@@ -4,7 +4,7 @@
 //! rays of each unit --add--> UnitOccupancy: units, rays, full ones, units by eighths of 64 rays
 //! ```
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::packet::MAX_BUNDLE_RAYS;
 
@@ -12,7 +12,7 @@ use crate::packet::MAX_BUNDLE_RAYS;
 const EIGHTHS: usize = 8;
 
 /// Units of 1 to 64 rays, by how many they have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UnitOccupancy {
     /// Units.
     pub units: u64,

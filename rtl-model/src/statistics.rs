@@ -1,13 +1,13 @@
 //! What a board counted: canonical work, traffic, and the closed account of every block.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::functional::CanonicalCounters;
 use crate::occupancy::UnitOccupancy;
 use crate::sim::{BlockAccount, Cause};
 
 /// Everything counted since the board was made, or between two moments.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoardStatistics {
     /// Board clock cycles.
     pub cycles: u64,
@@ -38,7 +38,7 @@ pub struct BoardStatistics {
 }
 
 /// Traffic of one memory level, summed over its instances.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LevelStatistics {
     /// Which level.
     pub level: String,

@@ -67,6 +67,18 @@ pub enum CliError {
         /// Why.
         source: CheckError,
     },
+    /// A design space.
+    #[cfg(feature = "explore")]
+    #[error(transparent)]
+    Space(Box<crate::explore::space::SpaceError>),
+    /// A sweep.
+    #[cfg(feature = "explore")]
+    #[error(transparent)]
+    Explore(#[from] crate::explore::run::ExploreError),
+    /// Results of a sweep that cannot be written.
+    #[cfg(feature = "explore")]
+    #[error(transparent)]
+    Results(#[from] crate::explore::results::ResultsError),
     /// An experiment.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::args::ExperimentArgs;
 use super::{CliError, Outcome};
-use crate::experiments::{self, EXPERIMENTS, Experiment, Extent, Findings, VALIDATION, plot};
+use crate::experiments::{self, EXPERIMENTS, Experiment, Extent, Findings, VALIDATION};
 use crate::image::files::check_targets;
 use crate::image::{OutputError, OutputFiles};
+use crate::plot;
 
 /// The name that stands for all experiments.
 pub(super) const ALL: &str = "all";

@@ -1,15 +1,10 @@
-//! The film as meant: quality, sampling, filter, region; what Ctrl-C does.
+//! The film as meant: quality, sampling, filter, region.
 //!
 //! ```text
-//! RenderArgs + Given --film--> RenderOptions' film part    --elements--> wanted elements    Interrupt --stop()--> render
+//! RenderArgs + Given --film--> RenderOptions' film part    --elements--> wanted elements
 //! ```
 
 use std::borrow::Cow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
 
 use super::args::{FilterArg, PictureArgs, QualityArg, RenderArgs};
 use super::error::CliError;
@@ -190,39 +185,5 @@ pub(super) fn fixed_samples(args: &PictureArgs, why: &str) -> Result<(), CliErro
             let min = args.samples.min;
             Err(CliError::Usage(format!("--samples {min}..{max}: expected one number, 1 to 16: {why}")))
         }
-    }
-}
-
-/// Ctrl-C and SIGTERM as a wish for the picture so far. Listened to only from the first question on: before there is a
-/// picture they end the run as ever.
-#[derive(Debug, Default)]
-pub(super) struct Interrupt {
-    asked: Option<Arc<AtomicBool>>,
-    fault: Option<String>,
-}
-
-impl Interrupt {
-    /// True once the wish was made. A second signal ends the run at once.
-    pub fn stop(&mut self) -> bool {
-        if self.fault.is_some() {
-            return false;
-        }
-        let asked = self.asked.get_or_insert_with(|| {
-            let asked = Arc::new(AtomicBool::new(false));
-            for signal in [SIGINT, SIGTERM] {
-                let listened = flag::register_conditional_shutdown(signal, 128 + signal, asked.clone())
-                    .and_then(|_| flag::register(signal, asked.clone()));
-                if let Err(e) = listened {
-                    self.fault = Some(format!("--partial: Ctrl-C cannot be listened to: {e}"));
-                }
-            }
-            asked
-        });
-        asked.load(Ordering::Relaxed)
-    }
-
-    /// Why it does not work, where it does not.
-    pub fn warning(self) -> Option<String> {
-        self.fault
     }
 }

@@ -10,10 +10,13 @@ pub mod args;
 mod compare;
 mod error;
 mod experiment;
+#[cfg(feature = "explore")]
+mod explore;
 mod film;
 mod generate;
 mod given;
 mod info;
+mod interrupt;
 mod look;
 pub mod method;
 mod plan;
@@ -68,5 +71,7 @@ pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
         Command::Info(args) => info::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Experiment(args) => experiment::run(args),
+        #[cfg(feature = "explore")]
+        Command::Explore(args) => explore::run(args),
     }
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use rtl_model::sim::FifoStatistics;
 
 use super::args::RenderArgs;
-use super::film::{self, Interrupt};
+use super::film;
+use super::interrupt::Interrupt;
 use super::plan;
 use super::progress::Bars;
 use super::{CliError, Outcome, method};

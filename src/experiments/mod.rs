@@ -10,6 +10,7 @@
 use rtl_model::board::BoardError;
 use rtl_model::spec::{BoardSpec, SpecError};
 
+use crate::plot::{self, Panel};
 use crate::radiosity::SolveError;
 use crate::raycast::CastError;
 use crate::scene::SceneError;
@@ -21,7 +22,6 @@ mod descriptors;
 mod document;
 mod hierarchy;
 pub mod load;
-pub mod plot;
 mod queueing;
 pub mod reconstruction;
 mod shells_2d;
@@ -34,7 +34,6 @@ pub mod two_pass;
 mod validation;
 
 pub use document::{document, host_document, terminal_text};
-use plot::Panel;
 use table::Table;
 
 /// How much is run.

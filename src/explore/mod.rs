@@ -10,7 +10,20 @@
 //! ```
 //! A candidate is named by its ordinal: its place in the full grid of the axes, the last axis fastest.
 
+pub mod collect;
+pub mod evaluate;
 pub mod metric;
 pub mod results;
+pub mod run;
+pub mod shard;
 pub mod space;
+pub mod store;
+pub mod strategy;
+pub mod sweep;
 pub mod value;
+
+/// The store of a sweep, in its folder.
+pub const STORE_FILE: &str = "sweep.sqlite";
+
+#[cfg(test)]
+mod test_spaces;

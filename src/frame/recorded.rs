@@ -9,6 +9,7 @@
 
 use std::path::Path;
 
+use rtl_model::memory_image::MemoryImage;
 use rtl_model::record::{RecordKey, hash_work};
 use rtl_model::spec::BoardSpec;
 
@@ -51,6 +52,18 @@ pub struct Simulation<'a> {
     pub picture: &'a RenderOptions,
 }
 
+/// Recorded work with the patch memory that it ran on: all that boards with one canonical board
+/// ([`BoardSpec::canonical`]) have in common.
+#[derive(Clone, Debug)]
+pub struct SharedWork {
+    /// The patch memory.
+    pub image: MemoryImage,
+    /// The work.
+    pub record: WorkRecord,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
 /// A scene in both worlds, before any ray.
 struct Loaded {
     scene: Scene,
@@ -80,13 +93,7 @@ pub fn record_scene(
     run: &Simulation<'_>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<(Simulated, WorkRecord), FrameError> {
-    let Loaded { scene, mesh, mut caster, mut timings } = load(run)?;
-    caster.record();
-    let Simulation { workload, solve, picture, .. } = *run;
-    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
-    let warnings = cast_workload(&host, &mut caster, &mut timings, progress)?;
-    let key = RecordKey::of(run.board, caster.board().image());
-    let record = WorkRecord { settings: settings(&host), key, commands: caster.take_recorded() };
+    let (Loaded { scene, mesh, caster, timings }, record, warnings) = record_loaded(run, progress)?;
     Ok((
         Simulated {
             board: caster.statistics(),
@@ -99,6 +106,52 @@ pub fn record_scene(
         },
         record,
     ))
+}
+
+/// Records a workload, and keeps the patch memory for boards to come.
+///
+/// # Errors
+/// As [`super::simulate_scene`].
+pub fn share_work(run: &Simulation<'_>) -> Result<SharedWork, FrameError> {
+    let (loaded, record, warnings) = record_loaded(run, &mut |_| {})?;
+    Ok(SharedWork { image: loaded.caster.board().image().clone(), record, warnings })
+}
+
+/// The commands of a workload, whose rays may depend on a run in software, and the patch memory.
+///
+/// # Errors
+/// As [`super::simulate_scene`].
+pub fn share_commands(run: &Simulation<'_>) -> Result<(MemoryImage, Vec<CastCommand>), FrameError> {
+    let Loaded { scene, mesh, caster, .. } = load(run)?;
+    let Simulation { workload, solve, picture, .. } = *run;
+    let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
+    let commands = software_commands(&host, caster.quantizer())?;
+    Ok((caster.board().image().clone(), commands))
+}
+
+/// What a workload's rays depend on, in words.
+///
+/// # Errors
+/// A fault of the scene.
+pub fn workload_settings(run: &Simulation<'_>) -> Result<Vec<Setting>, FrameError> {
+    let (scene, mesh) = load_and_mesh(run.scene, run.elements, Some(false), &mut Timings::default())?;
+    let Simulation { workload, solve, picture, .. } = *run;
+    Ok(settings(&HostRun { scene: &scene, mesh: &mesh, workload, solve, picture }))
+}
+
+fn record_loaded(
+    run: &Simulation<'_>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(Loaded, WorkRecord, Vec<String>), FrameError> {
+    let mut loaded = load(run)?;
+    let Loaded { scene, mesh, caster, timings } = &mut loaded;
+    caster.record();
+    let Simulation { workload, solve, picture, .. } = *run;
+    let host = HostRun { scene, mesh, workload, solve, picture };
+    let warnings = cast_workload(&host, caster, timings, progress)?;
+    let key = RecordKey::of(run.board, caster.board().image());
+    let record = WorkRecord { settings: settings(&host), key, commands: caster.take_recorded() };
+    Ok((loaded, record, warnings))
 }
 
 /// Drives the board with the record in the file `path`, which must be one of this work.
@@ -157,14 +210,7 @@ pub fn sample_scene(
     let Loaded { scene, mesh, mut caster, mut timings } = load(run)?;
     let Simulation { workload, solve, picture, .. } = *run;
     let host = HostRun { scene: &scene, mesh: &mesh, workload, solve, picture };
-    let commands = timings.measure("rays", || {
-        if answers_matter(workload) {
-            let mut software = SoftwareCaster::new(mesh.cast_patches());
-            commands(&host, caster.quantizer(), &mut software)
-        } else {
-            commands(&host, caster.quantizer(), &mut NullCaster)
-        }
-    })?;
+    let commands = timings.measure("rays", || software_commands(&host, caster.quantizer()))?;
     let show = &mut |done| progress(Progress::Render(done));
     let (by_purpose, estimate) =
         timings.measure("sample", || sample::run(caster.board_mut(), &commands, share, seed, show))?;
@@ -181,6 +227,15 @@ pub fn sample_scene(
         },
         estimate,
     ))
+}
+
+/// The commands of a run in software, where its rays depend on answers at all.
+fn software_commands(host: &HostRun<'_>, quantizer: &Quantizer) -> Result<Vec<CastCommand>, FrameError> {
+    if answers_matter(host.workload) {
+        commands(host, quantizer, &mut SoftwareCaster::new(host.mesh.cast_patches()))
+    } else {
+        commands(host, quantizer, &mut NullCaster)
+    }
 }
 
 /// Some rays of the workload depend on what others hit.

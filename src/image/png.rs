@@ -52,7 +52,7 @@ pub fn encode_counts(width: usize, height: usize, counts: &[u8], most: u32) -> R
 ///
 /// # Errors
 /// As [`encode_png`].
-pub(super) fn encode_rgb(width: usize, height: usize, data: &[u8]) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn encode_rgb(width: usize, height: usize, data: &[u8]) -> Result<Vec<u8>, OutputError> {
     let fault = |what: String| OutputError::Encode { format: "PNG", what };
     let size = |n: usize| u32::try_from(n).map_err(|_| fault(format!("{n} pixels in a row or column")));
     let mut bytes = Vec::new();

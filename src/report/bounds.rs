@@ -120,7 +120,7 @@ pub struct Bounds {
 }
 
 /// Fewest cycles in which `n_units` units, each taking something every `interval` cycles, take `n_things`.
-fn units(n_things: u64, n_units: u64, interval: u64) -> u64 {
+pub(crate) fn units(n_things: u64, n_units: u64, interval: u64) -> u64 {
     match n_things.div_ceil(n_units.max(1)) {
         0 => 0,
         most => (most - 1) * interval + 1,
@@ -128,7 +128,7 @@ fn units(n_things: u64, n_units: u64, interval: u64) -> u64 {
 }
 
 /// Fewest board cycles that have `bus_cycles` edges of the bus.
-fn bus(spec: &BoardSpec, bus_cycles: u64) -> u64 {
+pub(crate) fn bus(spec: &BoardSpec, bus_cycles: u64) -> u64 {
     let hz = |mhz: f64| (mhz * 1e6).round() as u128;
     let (board, bus) = (hz(spec.clock_mhz), hz(spec.bus.clock_mhz).max(1));
     match bus_cycles {

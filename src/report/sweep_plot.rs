@@ -12,6 +12,7 @@ use plotters::prelude::*;
 use super::si::{number, share};
 use super::sweep_text::held_fixed_text;
 use super::verify::{SweepReport, SweepRow};
+use crate::plot::register_fonts;
 
 /// Least size of the picture, of its head and of a panel (pixels).
 const WIDTH: u32 = 960;
@@ -57,6 +58,7 @@ struct Panel {
 /// # Errors
 /// What the plotting library says.
 pub fn sweep_svg(sweep: &SweepReport, scene: &str, board: &str) -> Result<String, String> {
+    register_fonts()?;
     let mut svg = String::new();
     {
         let panels = panels(sweep);

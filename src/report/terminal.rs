@@ -24,15 +24,15 @@ use crate::units::Rgb;
 const LABEL: usize = 11;
 
 /// Longest line (characters).
-pub(super) const WIDTH: usize = 100;
+pub(crate) const WIDTH: usize = 100;
 
-pub(super) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
+pub(crate) fn line(out: &mut String, label: &str, text: impl std::fmt::Display) {
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{label:<LABEL$}{text}");
 }
 
 /// Writes items behind a label, on as many lines as they need.
-pub(super) fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
+pub(crate) fn wrapped(out: &mut String, label: &str, items: &[String], separator: &str) {
     let (mut text, mut label) = (String::new(), label);
     for (i, item) in items.iter().enumerate() {
         let end = if i + 1 == items.len() { "" } else { separator };

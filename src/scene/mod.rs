@@ -20,7 +20,7 @@ mod error;
 pub(crate) mod faces;
 mod import;
 mod shape;
-mod toml;
+pub(crate) mod toml;
 
 pub use continuity::{Continuity, SurfaceContinuity};
 pub use error::{Place, SceneError};

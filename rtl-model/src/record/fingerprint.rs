@@ -12,7 +12,7 @@ use crate::board::Work;
 use crate::fixed::Formats;
 use crate::memory_image::MemoryImage;
 use crate::packet::{BundlePacket, pack_bundle, pack_ray};
-use crate::spec::{BoardSpec, Partition, ShellSpec};
+use crate::spec::{BoardSpec, DramSpec, Partition, ShellSpec};
 
 /// Everything that the answers to a given command depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,6 +107,33 @@ impl RecordKey {
             let (recorded, given) = (of(self), of(given));
             (recorded != given).then_some(KeyDifference { what, recorded, given })
         })
+    }
+}
+
+impl BoardSpec {
+    /// The default board with all of this one that canonical work depends on, and a patch memory that holds any scene:
+    /// boards with equal canonical boards answer alike, and a record of one serves all of them.
+    ///
+    /// An automatic grid is coarser in a memory that is too small for the wanted one: such a board needs a record of its
+    /// own ([`RecordKey`] tells).
+    pub fn canonical(&self) -> BoardSpec {
+        let default = BoardSpec::default();
+        let shells = if self.partition.is_shells() { self.shells } else { default.shells };
+        let mut dispatch = default.dispatch;
+        if self.partition == Partition::ShellsStatic {
+            dispatch.low_resolution_every = self.dispatch.low_resolution_every;
+            dispatch.low_resolution_min_bundles = self.dispatch.low_resolution_min_bundles;
+        }
+        BoardSpec {
+            name: "canonical".into(),
+            formats: self.formats,
+            grid_log2: self.grid_log2,
+            partition: self.partition,
+            shells: ShellSpec { prefetch: false, ..shells },
+            dispatch,
+            dram: DramSpec { bytes: 1 << 34, layout: self.dram.layout, ..default.dram },
+            ..default
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 //! tick() -> Activity --Accounts::record--> cycles by Cause      idle before the first token = fill, after the last = drain
 //! ```
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::event::activity_payload;
 use super::{Cycle, EventKind, Observer};
@@ -91,7 +91,7 @@ impl Activity {
 }
 
 /// The closed account of one block.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockAccount {
     /// Hierarchical name: `cluster0.module0.icu`.
     pub block: String,

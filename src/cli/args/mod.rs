@@ -4,6 +4,8 @@ use clap::{Parser, Subcommand};
 
 mod common;
 mod direct;
+#[cfg(feature = "explore")]
+mod explore;
 mod false_colour;
 mod film;
 mod keep;
@@ -16,6 +18,8 @@ mod simulate;
 mod verify;
 
 pub use common::{CastArgs, CasterArg, FormFactorsArg, KernelArg, PassOneArgs, PictureArgs, SwitchArg};
+#[cfg(feature = "explore")]
+pub use explore::{ExploreArgs, StrategyArg};
 pub use false_colour::{ColourMapArg, FalseColourArg, Range, ScaleArgs, ScaleKindArg};
 pub use film::{FilmArgs, FilterArg, QualityArg, SamplesArg};
 pub use keep::CheckpointArgs;
@@ -43,6 +47,7 @@ const MAX_THREADS: i64 = 1024;
   radeng simulate scenes/cornell-box/scene.toml --trace run.radlog && radeng trace run.radlog --pixel 128,200
   radeng verify scenes/cornell-box/scene.toml --rays 200000
   radeng info delft-1992
+  radeng explore scenes/spaces/pipeline-depth.toml -o out
 
 Lengths are in metres, radiometric quantities in W/m^2 per linear RGB channel.
 Numbers go to stdout, progress and warnings to stderr.
@@ -78,6 +83,9 @@ pub enum Command {
     Info(InfoArgs),
     /// Make a scene file for an experiment: random patches, a furnished room, a two-dimensional world
     Generate(GenerateArgs),
+    /// Sweep a design space: which boards are worth building, and why
+    #[cfg(feature = "explore")]
+    Explore(ExploreArgs),
     /// Ask the board a question: queues, balance, memory, bus, throughput, as a table and a plot
     Experiment(ExperimentArgs),
 }

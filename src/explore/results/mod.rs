@@ -6,11 +6,33 @@
 //! ```
 //! Nothing here simulates; the same results give the same files, byte for byte.
 
+use std::path::Path;
+
 use serde::Serialize;
 
+use self::curve::curves;
+use self::pareto::Front;
+use self::sensitivity::sensitivity;
 use super::metric::Goal;
 use super::space::Impossible;
 use super::value::Value;
+use crate::image::{OutputError, OutputFiles};
+use crate::plot::{png, svg_of};
+
+mod charts;
+mod columns;
+mod csv;
+mod curve;
+mod page;
+pub mod pareto;
+mod parquet_file;
+pub mod sensitivity;
+#[cfg(test)]
+mod synthetic;
+#[cfg(test)]
+mod tests;
+mod text;
+mod words;
 
 /// A sweep as found in its store.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +51,8 @@ pub struct Results {
     pub workloads: Vec<String>,
     /// How candidates were chosen, in words with the seed.
     pub search: String,
+    /// The whole board file that all candidates differ from.
+    pub base: String,
     /// What changed.
     pub axes: Vec<AxisColumn>,
     /// Every metric that is known of some row, in the order of `metric::METRICS`.
@@ -104,7 +128,7 @@ pub struct Row {
     pub limit: Option<(String, f64)>,
     /// The block with the longest path.
     pub critical_block: String,
-    /// Area by kind of block (mm2; FPGA: LUTs).
+    /// Area by kind of block (mm2; FPGA: NAND2 equivalents).
     pub area: Vec<(String, f64)>,
     /// The whole board file.
     pub board: String,
@@ -119,4 +143,78 @@ pub struct KindStalls {
     pub kind: String,
     /// By cause.
     pub cycles: [u64; 10],
+}
+
+/// Results that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// A folder that cannot be made.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A chart that cannot be drawn.
+    #[error("the chart {name} cannot be drawn: {what}")]
+    Chart {
+        /// Its name.
+        name: String,
+        /// What the plotting library says.
+        what: String,
+    },
+    /// Rows that cannot be encoded.
+    #[error("the rows cannot be written as Parquet: {0}")]
+    Parquet(#[from] ::parquet::errors::ParquetError),
+}
+
+/// Stages `results.parquet`, `results.csv`, `results-columns.csv`, `impossible.csv` (where there are such), `page.html`
+/// and `charts/` in a folder, which is made; gives the terminal's summary.
+///
+/// # Errors
+/// A folder that cannot be made, a chart or rows that cannot be encoded: then nothing is staged.
+pub fn write(results: &Results, folder: &Path, files: &mut OutputFiles) -> Result<String, ResultsError> {
+    let charts_folder = folder.join("charts");
+    std::fs::create_dir_all(&charts_folder).map_err(|e| OutputError::Target {
+        path: charts_folder.clone(),
+        what: format!("cannot make this folder: {e}"),
+    })?;
+    let front = Front::of(results);
+    let curves = curves(results, &front);
+    let effects = sensitivity(results);
+    let columns = columns::columns(results, &front);
+    let mut staged = vec![
+        ("results.parquet".to_owned(), parquet_file::bytes(results, &columns)?),
+        ("results.csv".to_owned(), csv::rows(&columns, results.rows.len()).into_bytes()),
+        ("results-columns.csv".to_owned(), csv::meanings(&columns).into_bytes()),
+        ("page.html".to_owned(), page::page(results, &front, &curves, &effects).into_bytes()),
+    ];
+    if !results.impossible.is_empty() {
+        staged.push(("impossible.csv".to_owned(), csv::impossible(results).into_bytes()));
+    }
+    let charts = charts::charts(results, &front, &curves, &effects);
+    for chart in &charts {
+        let fault = |what| ResultsError::Chart { name: chart.name.clone(), what };
+        staged.push((
+            format!("charts/{}.svg", chart.name),
+            svg_of(&chart.drawing).map_err(fault)?.into_bytes(),
+        ));
+        staged.push((format!("charts/{}.png", chart.name), png(&chart.drawing).map_err(fault)?));
+    }
+    let place = |name: &str| folder.join(name).display().to_string();
+    let mut written = vec![
+        format!("{} (for a browser: everything)", place("page.html")),
+        format!(
+            "{}, results.csv ({} rows; results-columns.csv: what each column is)",
+            place("results.parquet"),
+            results.rows.len()
+        ),
+    ];
+    if !results.impossible.is_empty() {
+        written.push(format!("{} ({} combinations)", place("impossible.csv"), results.impossible.len()));
+    }
+    if !charts.is_empty() {
+        let names: Vec<&str> = charts.iter().map(|c| c.name.as_str()).collect();
+        written.push(format!("{} (each also .png): {}", place("charts/*.svg"), names.join(", ")));
+    }
+    for (name, bytes) in staged {
+        files.stage(&folder.join(name), bytes);
+    }
+    Ok(text::summary(results, &front, &curves, &written))
 }

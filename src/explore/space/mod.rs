@@ -1,10 +1,13 @@
 //! A design space: a base board, axes, expressions, constraints, workloads, objectives, a search.
 //!
 //! ```text
-//! space.toml --load--> Space     ordinal --candidate--> choice -> values -> expressions -> BoardSpec, Cost, clock
-//!                                                          `--constraint or impossible board--> Impossible
+//! space.toml --raw--> tables --axes, assignments (expressions), goals--> Space --constraints: has it candidates?--> Space
+//! ordinal --candidate--> choice -> values -> expressions -> BoardSpec, Cost, clock          (resolve: in which order)
+//!             `--constraint or impossible board--> Impossible
 //! ```
+//! Format: version 1, scenes/spaces/README.md. Faults show the line, as those of scenes do.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use rtl_model::cost::{Cost, Technology};
@@ -13,6 +16,23 @@ use serde::Serialize;
 
 use super::metric::{Goal, Metric};
 use super::value::Value;
+
+mod assignments;
+mod axes;
+mod constraints;
+mod expressions;
+mod faults;
+mod goals;
+mod listing;
+mod load;
+mod parameters;
+mod raw;
+mod resolve;
+
+pub use listing::ImpossibleList;
+
+/// A space that cannot be: file, line, column, what is wrong; a terminal shows the line.
+pub use crate::scene::SceneError as SpaceError;
 
 /// A design space as read and checked.
 #[derive(Clone, Debug)]
@@ -39,6 +59,10 @@ pub struct Space {
     pub objectives: Vec<Objective>,
     /// How candidates are chosen.
     pub search: Search,
+    /// How a choice becomes a board.
+    plan: resolve::Plan,
+    /// Where the first axis stands.
+    first_axis: Range<usize>,
 }
 
 /// Where a candidate's clock comes from.
@@ -161,25 +185,21 @@ pub struct Impossible {
     pub reason: String,
 }
 
-/// A space that cannot be, with file and line.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}:{line}: {what}", file = .file.display())]
-pub struct SpaceError {
-    /// The file.
-    pub file: PathBuf,
-    /// The line, from 1.
-    pub line: usize,
-    /// Value and expectation.
-    pub what: String,
-}
-
 impl Space {
     /// Reads and checks a space.
     ///
     /// # Errors
     /// The first thing that is wrong, with file and line.
     pub fn load(file: &Path) -> Result<Space, SpaceError> {
-        Err(SpaceError { file: file.to_owned(), line: 1, what: "not read yet".to_owned() })
+        load::load(file)
+    }
+
+    /// A space from its text; `file` is for messages, and where scenes are looked for from.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file and line.
+    pub fn parse(text: &str, file: &Path) -> Result<Space, SpaceError> {
+        load::parse(text, file)
     }
 
     /// Combinations of the axes' values, impossible ones included.
@@ -212,8 +232,22 @@ impl Space {
     /// Why it cannot be built.
     pub fn candidate(&self, ordinal: u64) -> Result<Candidate, Impossible> {
         let choice = self.choice(ordinal);
-        let spec = self.base.clone();
-        let cost = Cost::of(&spec, self.technology);
-        Ok(Candidate { ordinal, choice, spec, cost })
+        match self.plan.build(&self.axes, &choice, |_, holds| holds) {
+            Ok((spec, cost)) => Ok(Candidate { ordinal, choice, spec, cost }),
+            Err(refusal) => Err(Impossible { ordinal, reason: refusal.reason() }),
+        }
+    }
+
+    /// The values of a choice, axis by axis.
+    pub fn values(&self, choice: &[usize]) -> Vec<Value> {
+        self.axes.iter().zip(choice).map(|(axis, place)| axis.values[*place].clone()).collect()
+    }
+
+    /// The values of a combination, with their axes' names.
+    pub fn in_words(&self, ordinal: u64) -> String {
+        let values = self.values(&self.choice(ordinal));
+        let words: Vec<String> =
+            self.axes.iter().zip(values).map(|(axis, value)| format!("{} = {value}", axis.name)).collect();
+        words.join(", ")
     }
 }

@@ -1,10 +1,10 @@
-//! Faults of syntax, keys and types, as the TOML library reports them, in the words of the scene format.
+//! Faults of syntax, keys and types, as the TOML library reports them, in the words of our file formats.
 
 use super::super::SceneError;
 use super::source::Source;
 
 /// The fault that a TOML error means: its place, and for an unknown key the closest known one.
-pub(super) fn of_toml(source: &Source<'_>, error: &toml::de::Error) -> SceneError {
+pub(crate) fn of_toml(source: &Source<'_>, error: &toml::de::Error) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let message = error.message();
     if let Some(rest) = message.strip_prefix("unknown field `") {
@@ -36,7 +36,7 @@ fn key_path(error: &toml::de::Error) -> Option<String> {
 }
 
 /// `fault` with "did you mean" when one of `known` is close to `given`.
-pub(super) fn suggest<'k>(
+pub(crate) fn suggest<'k>(
     fault: SceneError,
     given: &str,
     known: impl IntoIterator<Item = &'k str>,

@@ -9,6 +9,7 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::{Scene, SceneError};
@@ -16,19 +17,19 @@ use source::Source;
 
 mod camera;
 mod continuity;
-mod faults;
+pub(crate) mod faults;
 mod geometry;
 mod lights;
 mod materials;
 mod meshes;
 mod meshing;
 mod raw;
-mod source;
+pub(crate) mod source;
 mod surfaces;
-mod value;
+pub(crate) mod value;
 
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    parse(&source::read(path)?, path)
+    parse(&source::read(path, source::SCENE)?, path)
 }
 
 pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
@@ -74,10 +75,14 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
 
 /// Syntax, version, then keys and types: a file of another version is told so, not that its keys are unknown.
 fn read_tables(source: &Source<'_>) -> Result<raw::RawScene, SceneError> {
+    let root = read_root(source, "a scene: `version = 1`, materials, surfaces")?;
+    raw::RawScene::deserialize(Deserializer::from(root)).map_err(|e| faults::of_toml(source, &e))
+}
+
+/// The tables of a file of version 1; `expected` says of what.
+pub(crate) fn read_root<'t>(source: &Source<'t>, expected: &str) -> Result<Spanned<DeTable<'t>>, SceneError> {
     if source.text.trim().is_empty() {
-        return Err(
-            source.fault(0..0, "the file is empty, expected a scene: `version = 1`, materials, surfaces")
-        );
+        return Err(source.fault(0..0, format!("the file is empty, expected {expected}")));
     }
     if let Some(at) = source.text.find('\0') {
         return Err(source.fault(at..at + 1, "a zero byte, expected UTF-8 text"));
@@ -97,5 +102,5 @@ fn read_tables(source: &Source<'_>) -> Result<raw::RawScene, SceneError> {
             }
         }
     }
-    raw::RawScene::deserialize(Deserializer::from(root)).map_err(|e| faults::of_toml(source, &e))
+    Ok(root)
 }

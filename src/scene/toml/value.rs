@@ -104,7 +104,7 @@ impl<'de, K: Kind> Deserialize<'de> for Num<K> {
 
 /// A whole number from MIN to MAX.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Whole<const MIN: u32, const MAX: u32>(pub(super) u32);
+pub(crate) struct Whole<const MIN: u32, const MAX: u32>(pub(crate) u32);
 
 struct WholeVisitor<const MIN: u32, const MAX: u32>;
 
@@ -159,7 +159,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Fixed<T, N> 
 
 /// A table of keys. (serde's own structs are also read from arrays, their fields in order.)
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Table<T>(pub(super) T);
+pub(crate) struct Table<T>(pub(crate) T);
 
 struct TableVisitor<T>(PhantomData<T>);
 
