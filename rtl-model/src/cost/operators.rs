@@ -1,7 +1,7 @@
 //! Operators of a datapath: gates, and the chain of indivisible parts that a pipeline can be cut between.
 //!
 //! ```text
-//! adder of w bits:   generate, propagate | level | level | ... | sum
+//! adder of w bits:   level of carries | ... | last level, sum
 //! sum of k products: partial products and first row of full adders | row | ... | row | adder
 //! ```
 //! Adders are prefix adders: delay a + b log2 w. Products are trees of full adders (Dadda 1965): a sum of k products of
@@ -151,7 +151,7 @@ impl Timing {
             }));
             parts
         } else {
-            // Propagate bits, and generate and propagate of the groups, of which fewer and fewer are not final.
+            // Alive inside: propagate bits, and generate and propagate of the groups.
             let n_levels = levels(bits).saturating_sub(1);
             let inner = |_| part(self.adder_level_ns, 3 * bits);
             let mut parts: Vec<Part> = (1..=n_levels).map(inner).collect();
