@@ -52,7 +52,7 @@ function panel(curve, m) {
     const py = ys.pixel(y);
     svg.append(svgElement("line", { x1: left, x2: right, y1: py, y2: py, stroke: "var(--grid)" }));
     // A long unit stands in the title alone.
-    const words = shown(y, metric.unit.length > 4 ? "1/" : metric.unit).replace(/\/$/, "");
+    const words = shown(y, metric.unit.length > 2 ? "1/" : metric.unit).replace(/\/$/, "");
     svg.append(svgElement("text", { x: left - 6, y: py + 4, "text-anchor": "end" }, words.trim()));
   }
   let last = -Infinity;
