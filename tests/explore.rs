@@ -53,7 +53,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     while let Some(next) = folders.pop() {
         for entry in std::fs::read_dir(next).unwrap() {
             let path = entry.unwrap().path();
-            let is_store = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("sweep.sqlite"));
+            let is_store = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("sweep."));
             if path.is_dir() {
                 folders.push(path);
             } else if !is_store {
