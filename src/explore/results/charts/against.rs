@@ -80,8 +80,9 @@ pub(super) fn chart(results: &Results, front: &Front, curve: &Curve) -> Chart {
         panels.push(panel);
     }
     for objective in &front.objectives {
-        notes.extend(curve.optimum(results, *objective).map(|best| best.reason));
+        notes.extend(curve.optimum(results, *objective).map(|best| best.reason()));
     }
+    notes.push(curve.limits(results));
     let title = format!("{} Metrics against {axis}", results.question);
     let sheet = Sheet { title, notes, panels };
     Chart { name: format!("against-{}", file_key(axis)), drawing: Drawing::Sheet(sheet) }

@@ -30,7 +30,8 @@ function drawCurves() {
   byId("curve-panels").replaceChildren(...curve.metrics.map((m) => panel(curve, m)));
   byId("curve-legend").replaceChildren(...curve.optima.map(([m, at], k) => element("span", {},
     element("i", { className: "swatch", style: `background:${OPTIMA[k % OPTIMA.length]}` }), `best ${DATA.metrics[m].name} at ${curve.x[at]}`)));
-  byId("curve-reasons").replaceChildren(...curve.optima.map(([, , reason]) => element("li", {}, reason)));
+  byId("curve-reasons").replaceChildren(...curve.optima.map(([, , reason]) => element("li", {}, reason)),
+    ...(curve.limits ? [element("li", {}, curve.limits)] : []));
 }
 
 function panel(curve, m) {
