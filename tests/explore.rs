@@ -241,7 +241,11 @@ fn explore_ten_thousand_timings_checks_1_percent_and_nsga2_finds_their_front_wit
         space.search.seed = seed;
         let found = points(&space, &options);
         let share = ranges.hypervolume(&found) / whole;
-        println!("NSGA-II, seed {seed}: {} candidates, {:.2} % of the hypervolume", found.len(), share * 100.0);
+        println!(
+            "NSGA-II, seed {seed}: {} candidates, {:.2} % of the hypervolume",
+            found.len(),
+            share * 100.0
+        );
         assert!(found.len() <= 1000 && share > 0.95, "{share}");
     }
 }

@@ -138,7 +138,7 @@ impl Curve {
             let at = |stop: usize| known.iter().find(|(s, _)| *s == stop).map(|(_, value)| *value);
             let (a, b) = (at(from)?, at(to)?);
             let unit = &results.metrics[metric].unit;
-            Some(format!("{label}{} to {} (x {})", shown(a, unit), shown(b, unit), significant(b / a)))
+            Some(format!("{label}{} to {} (x{})", shown(a, unit), shown(b, unit), significant(b / a)))
         };
         let told = [("clock_mhz", "clock "), ("cycles", ""), ("area_mm2", "area "), ("luts", "")];
         let changes = told.into_iter().filter(|_| from < to).filter_map(change);
@@ -232,7 +232,7 @@ mod tests {
         });
         assert_eq!(Some(best.stop), expected);
         for part in
-            ["is best at icu.depth = ", "From 2 to it: clock 13.02 MHz to ", "From it to 60: clock ", " (x "]
+            ["is best at icu.depth = ", "From 2 to it: clock 13.02 MHz to ", "From it to 60: clock ", " (x"]
         {
             assert!(best.reason().contains(part), "'{part}' is missing in {}", best.reason());
         }
