@@ -43,7 +43,7 @@ function panel(curve, m) {
   for (let i = 0; i < COUNT; i++) if (isMeasured(i) && column.number(i) !== null && xColumn.number(i) !== null) all.push(i);
   const known = curve.x.map((x, k) => [x, curve.y[m][k]]).filter(([, y]) => y !== null);
   const wide = Math.min(...curve.x) > 0 && Math.max(...curve.x) > 12 * Math.min(...curve.x);
-  const xs = scale(curve.x, wide, left, right);
+  const xs = scale(curve.x.concat(all.map(xColumn.number)), wide, left, right);
   const ys = scale(all.map(column.number).concat(known.map((k) => k[1])), false, bottom, top, true);
   if (!xs || !ys) return svg;
   svg.append(svgElement("text", { x: left, y: 16 }, metric.name + (metric.unit ? ` (${metric.unit})` : "")));
