@@ -9,7 +9,7 @@
 //! On a full grid the share is Sobol's first-order index; what axes do only together is in no share, so that they add up
 //! to at most 1. On a part of a grid, chance alone gives k levels of n rows a share of (k - 1) / (n - 1): the second
 //! formula (epsilon squared) takes that off, and where no row is left to tell chance from effect, there is no share.
-//! Axes that vary together there cannot be told apart.
+//! Axes that vary together there cannot be told apart: each is given what they do, and shares may exceed 1 in sum.
 //!
 //! Sources: Sobol 1993; Kelley 1935 for epsilon squared. Not modelled: interactions one by one, error of sampled rows.
 
