@@ -164,7 +164,7 @@ fn explore_flags_that_do_not_go_together_are_refused_before_anything_is_made() {
         (&["space.toml"], "--output"),
         (&["space.toml", "-o", "o", "--shard", "4/3"], "such as 3/8"),
         (&["space.toml", "-o", "o", "--points", "5"], "a grid has all combinations"),
-        (&["space.toml", "-o", "o", "--strategy", "random"], "number of points"),
+        (&["space.toml", "-o", "o", "--strategy", "random"], "--points or --minutes"),
         (&["space.toml", "-o", "o", "--minutes", "-1"], "over 0"),
         (&["space.toml", "-o", "o", "--sample", "1.5"], "up to 1"),
         (&["space.toml", "--point", "48"], "under 48"),
@@ -241,7 +241,11 @@ fn explore_ten_thousand_timings_checks_1_percent_and_nsga2_finds_their_front_wit
         space.search.seed = seed;
         let found = points(&space, &options);
         let share = ranges.hypervolume(&found) / whole;
-        println!("NSGA-II, seed {seed}: {} candidates, {:.2} % of the hypervolume", found.len(), share * 100.0);
+        println!(
+            "NSGA-II, seed {seed}: {} candidates, {:.2} % of the hypervolume",
+            found.len(),
+            share * 100.0
+        );
         assert!(found.len() <= 1000 && share > 0.95, "{share}");
     }
 }

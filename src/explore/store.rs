@@ -120,7 +120,9 @@ impl Store {
         let connection = connection.map_err(opening)?;
         connection
             .query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))
-            .and_then(|()| connection.execute_batch("PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 10000;"))
+            .and_then(|()| {
+                connection.execute_batch("PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 10000;")
+            })
             .map_err(opening)?;
         let is_made = lock.is_some();
         let store = Store { file: file.to_owned(), connection, _lock: lock };
