@@ -164,7 +164,7 @@ fn explore_flags_that_do_not_go_together_are_refused_before_anything_is_made() {
         (&["space.toml"], "--output"),
         (&["space.toml", "-o", "o", "--shard", "4/3"], "such as 3/8"),
         (&["space.toml", "-o", "o", "--points", "5"], "a grid has all combinations"),
-        (&["space.toml", "-o", "o", "--strategy", "random"], "number of points"),
+        (&["space.toml", "-o", "o", "--strategy", "random"], "--points or --minutes"),
         (&["space.toml", "-o", "o", "--minutes", "-1"], "over 0"),
         (&["space.toml", "-o", "o", "--sample", "1.5"], "up to 1"),
         (&["space.toml", "--point", "48"], "under 48"),
