@@ -9,6 +9,7 @@ use crate::image::{DifferenceError, OutputError};
 use crate::radiosity::SolveError;
 use crate::radiosity::checkpoint::CheckpointError;
 use crate::radiosity::solution_file::SolutionFileError;
+use crate::scene::SceneError;
 use crate::trace::TraceError;
 use crate::vectors::{CheckError, VectorsError};
 
@@ -125,20 +126,25 @@ impl CliError {
         }
     }
 
-    /// The error as the terminal shows it: a fault in a scene's text with the line that it is in, all others in one
-    /// line.
+    /// The error as the terminal shows it: a fault in the text of a scene or space with the line that it is in, all
+    /// others in one line.
     pub fn terminal_text(self) -> String {
         match self {
-            CliError::Frame(FrameError::Scene(error)) if error.place.is_some() => {
-                // Lines stay whole: names and paths must not break at their hyphens.
-                let handler = miette::MietteHandlerOpts::new().wrap_lines(false);
-                // A second hook is refused, and the first is this one.
-                let _ = miette::set_hook(Box::new(move |_| Box::new(handler.clone().build())));
-                format!("{:?}", miette::Report::new(*error))
-            }
+            CliError::Frame(FrameError::Scene(error)) if error.place.is_some() => with_its_line(*error),
+            #[cfg(feature = "explore")]
+            CliError::Space(error) if error.place.is_some() => with_its_line(*error),
             other => format!("error: {}", other.to_string().split_whitespace().collect::<Vec<_>>().join(" ")),
         }
     }
+}
+
+/// A fault with the line of the file.
+fn with_its_line(error: SceneError) -> String {
+    // Lines stay whole: names and paths must not break at their hyphens.
+    let handler = miette::MietteHandlerOpts::new().wrap_lines(false);
+    // A second hook is refused, and the first is this one.
+    let _ = miette::set_hook(Box::new(move |_| Box::new(handler.clone().build())));
+    format!("{:?}", miette::Report::new(error))
 }
 
 #[cfg(test)]

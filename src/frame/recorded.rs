@@ -14,8 +14,8 @@ use rtl_model::record::{RecordKey, hash_work};
 use rtl_model::spec::BoardSpec;
 
 use super::{
-    FrameError, HostRun, Progress, Simulated, Workload, cast_workload, load_and_mesh, start_points,
-    warn_of_lights,
+    FrameError, HostRun, Progress, Simulated, Workload, camera_of, cast_workload, load_and_mesh,
+    start_points, warn_of_lights,
 };
 use crate::mesh::Mesh;
 use crate::radiosity::SolveOptions;
@@ -132,10 +132,13 @@ pub fn share_commands(run: &Simulation<'_>) -> Result<(MemoryImage, Vec<CastComm
 /// What a workload's rays depend on, in words.
 ///
 /// # Errors
-/// A fault of the scene.
+/// A fault of the scene; no camera where there are camera rays.
 pub fn workload_settings(run: &Simulation<'_>) -> Result<Vec<Setting>, FrameError> {
     let (scene, mesh) = load_and_mesh(run.scene, run.elements, Some(false), &mut Timings::default())?;
     let Simulation { workload, solve, picture, .. } = *run;
+    if !matches!(workload, Workload::Radiosity | Workload::Rays(_)) {
+        camera_of(&scene)?;
+    }
     Ok(settings(&HostRun { scene: &scene, mesh: &mesh, workload, solve, picture }))
 }
 

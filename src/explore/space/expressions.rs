@@ -274,6 +274,7 @@ fn plain(error: &EvalexprError) -> String {
         E::ExpectedFixedLengthTuple { expected_length, actual } => {
             format!("{} where {expected_length} are expected", value(actual))
         }
+        E::WrongTypeCombination { .. } => "numbers and words do not mix here".to_owned(),
         E::UnmatchedPartialToken { first, .. } => format!("a single {first}"),
         E::VariableIdentifierNotFound(name) => format!("{name} is not known here"),
         other => {

@@ -216,4 +216,4 @@ const DEFAULT_KEEP: f64 = 0.25;
 const DEFAULT_RUNGS: u32 = 3;
 
 /// Candidates a generation, unless they are given.
-const DEFAULT_POPULATION: u32 = 40;
+const DEFAULT_POPULATION: u32 = 32;

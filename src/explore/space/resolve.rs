@@ -153,6 +153,7 @@ impl Plan {
                 frame.set(slot, &Value::Float(value));
             }
         }
+        let n_early = changes.len();
         if self.assign(true, &mut frame, &mut changes)? {
             let clock_mhz = spec.clock_mhz;
             spec = board(&changes)?;
@@ -160,7 +161,9 @@ impl Plan {
                 spec.clock_mhz = clock_mhz;
             }
             valid(&spec)?;
-            self.check_cost(&spec, &cost)?;
+            if Cost::of(&spec, self.technology) != cost {
+                return Err(self.changes_its_cost(&changes, n_early, &cost));
+            }
         }
         self.check(true, &frame, &mut holds)?;
         valid(&spec)?;
@@ -217,17 +220,19 @@ impl Plan {
         Ok(())
     }
 
-    fn check_cost(&self, spec: &BoardSpec, cost: &Cost) -> Result<(), Refusal> {
-        if Cost::of(spec, self.technology) == *cost {
-            return Ok(());
-        }
-        let late: Vec<&Assignment> = self.set.iter().filter(|s| s.is_late).collect();
-        let at = late.first().map_or(0..0, |s| s.expression.at.clone());
-        let names: Vec<&str> = late.iter().map(|s| s.parameter.as_str()).collect();
-        let what = format!(
-            "{} follows from the cost and changes it: the cost would depend on itself",
-            names.join(" or ")
-        );
-        Err(Refusal::Expression { at, what })
+    /// The fault that what follows from the cost changes it: of the late changes the first that does so by itself.
+    fn changes_its_cost(&self, changes: &[(&str, Value)], n_early: usize, cost: &Cost) -> Refusal {
+        let (early, late) = changes.split_at(n_early);
+        let moves_it = |change: &(&str, Value)| {
+            let with = early.iter().chain([change]).map(|(name, value)| (*name, value));
+            self.parameters
+                .spec(with)
+                .is_ok_and(|spec| spec.validate().is_err() || Cost::of(&spec, self.technology) != *cost)
+        };
+        let name = late.iter().find(|change| moves_it(change)).or(late.first()).map_or("", |(name, _)| name);
+        let set = self.set.iter().find(|s| s.parameter == name);
+        let at = set.map_or(0..0, |s| s.expression.at.clone());
+        let what = format!("{name} follows from the cost and changes it: the cost would depend on itself");
+        Refusal::Expression { at, what }
     }
 }
