@@ -53,7 +53,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     while let Some(next) = folders.pop() {
         for entry in std::fs::read_dir(next).unwrap() {
             let path = entry.unwrap().path();
-            let is_store = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("sweep.sqlite"));
+            let is_store = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("sweep."));
             if path.is_dir() {
                 folders.push(path);
             } else if !is_store {
@@ -164,7 +164,7 @@ fn explore_flags_that_do_not_go_together_are_refused_before_anything_is_made() {
         (&["space.toml"], "--output"),
         (&["space.toml", "-o", "o", "--shard", "4/3"], "such as 3/8"),
         (&["space.toml", "-o", "o", "--points", "5"], "a grid has all combinations"),
-        (&["space.toml", "-o", "o", "--strategy", "random"], "number of points"),
+        (&["space.toml", "-o", "o", "--strategy", "random"], "--points or --minutes"),
         (&["space.toml", "-o", "o", "--minutes", "-1"], "over 0"),
         (&["space.toml", "-o", "o", "--sample", "1.5"], "up to 1"),
         (&["space.toml", "--point", "48"], "under 48"),
@@ -193,4 +193,59 @@ fn explore_with_a_sample_has_error_bars_that_hold_the_cycles() {
     let said = ok(dir, &["space.toml", "-o", "o", "--sample", "0.5"]);
     let csv = std::fs::read_to_string(dir.join("o/results.csv")).unwrap();
     assert!(csv.contains("sampled") && csv.lines().next().unwrap().contains("half_width"), "{said}{csv}");
+}
+
+/// The claims about speed and search, on 10,000 boards: minutes.
+/// `cargo test --release --test explore -- --ignored --nocapture ten_thousand`
+#[test]
+#[ignore = "ten thousand boards, and 1 % of them in full: about ten CPU minutes"]
+fn explore_ten_thousand_timings_checks_1_percent_and_nsga2_finds_their_front_with_a_tenth() {
+    use std::sync::atomic::AtomicBool;
+    use std::time::Instant;
+
+    use radiosity_engine::explore::results::pareto::Ranges;
+    use radiosity_engine::explore::run::{Options, run};
+    use radiosity_engine::explore::space::{Space, Strategy};
+
+    let dir = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut space = Space::load(&root.join("scenes/spaces/timing-10k.toml")).unwrap();
+    let stop = AtomicBool::new(false);
+    let mut options = Options { folder: dir.path().join("out"), ..Options::default() };
+    let points = |space: &Space, options: &Options| -> Vec<Vec<f64>> {
+        let results = run(space, options, &stop, &mut |_| {}).unwrap().results.unwrap();
+        let objectives: Vec<usize> =
+            (0..results.metrics.len()).filter(|i| results.metrics[*i].is_objective).collect();
+        let of = |row: &radiosity_engine::explore::results::Row| -> Option<Vec<f64>> {
+            objectives.iter().map(|i| row.metrics[*i]).collect()
+        };
+        results.rows.iter().filter_map(of).collect()
+    };
+    let began = Instant::now();
+    let all = points(&space, &options);
+    println!("{} candidates in {:.0} s", all.len(), began.elapsed().as_secs_f64());
+    assert_eq!(all.len(), 10_000);
+
+    options.resume = true;
+    options.check = Some(0.01);
+    let checked = run(&space, &options, &stop, &mut |_| {}).unwrap().checked.unwrap();
+    println!("{} in full: {} differ", checked.n, checked.faults.len());
+    assert_eq!((checked.n, checked.faults), (100, Vec::new()));
+
+    options.check = None;
+    let ranges = Ranges::of(&all);
+    let whole = ranges.hypervolume(&all);
+    space.search.strategy = Strategy::Nsga2 { population: 50 };
+    space.search.points = Some(1000);
+    for seed in 1..=5 {
+        space.search.seed = seed;
+        let found = points(&space, &options);
+        let share = ranges.hypervolume(&found) / whole;
+        println!(
+            "NSGA-II, seed {seed}: {} candidates, {:.2} % of the hypervolume",
+            found.len(),
+            share * 100.0
+        );
+        assert!(found.len() <= 1000 && share > 0.95, "{share}");
+    }
 }

@@ -389,6 +389,27 @@ mod tests {
     }
 
     #[test]
+    fn cost_text_lists_every_block_and_sums_them_in_every_technology() {
+        let spec = BoardSpec::default();
+        for technology in Technology::all() {
+            let cost = Cost::of(&spec, technology);
+            let text = cost_text(&cost, &spec);
+            for b in &cost.blocks {
+                let line = text.lines().find(|line| line.starts_with(&format!("{} ", b.block))).unwrap();
+                let words: Vec<&str> = line.split_whitespace().collect();
+                let (count, flip_flops) = (b.instances.to_string(), b.flip_flops.to_string());
+                assert_eq!((words[1], words[3]), (count.as_str(), flip_flops.as_str()), "{line}");
+            }
+            let sum = text.lines().find(|line| line.starts_with("board ")).unwrap();
+            assert!(sum.contains(&cost.flip_flops.to_string()) && sum.contains(cost.critical_block), "{sum}");
+            assert_eq!(text.contains("LUTs"), technology.is_fpga);
+            assert!(text.contains(&format!("fastest clock {:.1} MHz", cost.max_clock_mhz)), "{text}");
+        }
+        let fast = BoardSpec { clock_mhz: 1000.0, ..spec };
+        assert!(cost_text(&Cost::of(&fast, &Technology::all()[0]), &fast).contains("1000 MHz is beyond it"));
+    }
+
+    #[test]
     fn board_text_derives_rates_and_masks_by_hand() {
         let text = board_text(&BoardSpec::preset("delft-1992").unwrap());
         for part in [

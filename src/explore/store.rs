@@ -8,8 +8,10 @@
 //! ```
 //! An evaluation's hash is BLAKE3 of the board (without its name), the settings that the workload's rays depend on (the
 //! scene's own hash among them), how much of it ran, and the version: what is in the store needs no second run, and
-//! nothing else is taken for it. Each evaluation is one transaction, in write-ahead logging. Only one process writes.
+//! nothing else is taken for it. Each evaluation is one transaction, in write-ahead logging, so that others can read
+//! meanwhile; only one process writes, which holds the lock of the file beside.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use rtl_model::spec::BoardSpec;
@@ -62,6 +64,8 @@ pub enum StoreError {
 pub struct Store {
     file: PathBuf,
     connection: Connection,
+    /// Held while the store is open for writing.
+    _lock: Option<File>,
 }
 
 /// A point as it is in the store.
@@ -76,12 +80,26 @@ pub struct StoredPoint {
 }
 
 impl Store {
-    /// Opens the store in `file`, or makes it; nobody else may have it open.
+    /// Opens the store in `file`, or makes it; nobody else may write to it.
     ///
     /// # Errors
-    /// A file that is no such store, or that another process has open.
+    /// A file that is no such store, or that another process writes to.
     pub fn open(file: &Path) -> Result<Store, StoreError> {
-        Self::with(Connection::open(file), file, true)
+        let lock = Self::lock(file)?;
+        Self::with(Connection::open(file), file, Some(lock))
+    }
+
+    /// The lock of a store, which the system takes back when its process ends, however it does.
+    fn lock(file: &Path) -> Result<File, StoreError> {
+        let other = |what: String| StoreError::Other { file: file.to_owned(), what };
+        let path = file.with_extension("lock");
+        let lock = File::options().create(true).truncate(false).write(true).open(&path);
+        let lock = lock.map_err(|e| other(format!("cannot make {}: {e}", path.display())))?;
+        match lock.try_lock() {
+            Ok(()) => Ok(lock),
+            Err(TryLockError::WouldBlock) => Err(other("another sweep is writing to this store".to_owned())),
+            Err(TryLockError::Error(e)) => Err(other(format!("cannot lock {}: {e}", path.display()))),
+        }
     }
 
     /// Opens a finished store for reading.
@@ -90,27 +108,26 @@ impl Store {
     /// As [`Store::open`], and a file that is not there.
     pub fn read(file: &Path) -> Result<Store, StoreError> {
         let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_WRITE | rusqlite::OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        Self::with(Connection::open_with_flags(file, flags), file, false)
+        Self::with(Connection::open_with_flags(file, flags), file, None)
     }
 
     fn with(
         connection: rusqlite::Result<Connection>,
         file: &Path,
-        is_made: bool,
+        lock: Option<File>,
     ) -> Result<Store, StoreError> {
-        let fault = |source| StoreError::Sqlite { file: file.to_owned(), source };
-        let connection = connection.map_err(fault)?;
-        // The lock is held from the first write on, and the first write comes now.
-        connection
-            .execute_batch("PRAGMA locking_mode = EXCLUSIVE; PRAGMA busy_timeout = 200;")
-            .map_err(fault)?;
+        let opening = |source| Self::opening(file, source);
+        let connection = connection.map_err(opening)?;
         connection
             .query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))
-            .and_then(|()| connection.execute_batch("PRAGMA synchronous = NORMAL;"))
-            .map_err(|source| Self::opening(file, source))?;
-        let store = Store { file: file.to_owned(), connection };
+            .and_then(|()| {
+                connection.execute_batch("PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 10000;")
+            })
+            .map_err(opening)?;
+        let is_made = lock.is_some();
+        let store = Store { file: file.to_owned(), connection, _lock: lock };
         if is_made {
-            store.connection.execute_batch(TABLES).map_err(|source| Self::opening(file, source))?;
+            store.connection.execute_batch(TABLES).map_err(opening)?;
             if store.meta("layout")?.is_none() {
                 store.set_meta("layout", LAYOUT)?;
             }
@@ -124,14 +141,13 @@ impl Store {
         }
     }
 
-    /// Says who is in the way.
     fn opening(file: &Path, source: rusqlite::Error) -> StoreError {
-        use rusqlite::ErrorCode::{DatabaseBusy, DatabaseLocked, NotADatabase};
-        let other = |what: &str| StoreError::Other { file: file.to_owned(), what: what.to_owned() };
+        let file = file.to_owned();
         match source.sqlite_error_code() {
-            Some(DatabaseBusy | DatabaseLocked) => other("another sweep is writing to this store"),
-            Some(NotADatabase) => other("not a result store: no SQLite file"),
-            _ => StoreError::Sqlite { file: file.to_owned(), source },
+            Some(rusqlite::ErrorCode::NotADatabase) => {
+                StoreError::Other { file, what: "not a result store: no SQLite file".to_owned() }
+            }
+            _ => StoreError::Sqlite { file, source },
         }
     }
 

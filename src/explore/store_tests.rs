@@ -45,6 +45,17 @@ fn store_that_another_has_open_is_refused() {
 }
 
 #[test]
+fn store_can_be_read_while_it_is_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let writer = open(&dir);
+    writer.put_evaluation("a", &Ok(counted(1))).unwrap();
+    let reader = Store::read(&dir.path().join("s.sqlite")).unwrap();
+    assert_eq!(reader.n_evaluations().unwrap(), 1);
+    writer.put_evaluation("b", &Ok(counted(2))).unwrap();
+    assert_eq!(reader.n_evaluations().unwrap(), 2);
+}
+
+#[test]
 fn store_of_another_kind_is_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("s.sqlite");

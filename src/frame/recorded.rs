@@ -14,8 +14,8 @@ use rtl_model::record::{RecordKey, hash_work};
 use rtl_model::spec::BoardSpec;
 
 use super::{
-    FrameError, HostRun, Progress, Simulated, Workload, camera_of, cast_workload, load_and_mesh, start_points,
-    warn_of_lights,
+    FrameError, HostRun, Progress, Simulated, Workload, camera_of, cast_workload, load_and_mesh,
+    start_points, warn_of_lights,
 };
 use crate::mesh::Mesh;
 use crate::radiosity::SolveOptions;

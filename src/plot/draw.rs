@@ -107,6 +107,7 @@ fn draw_panel<DB: DrawingBackend>(area: &Area<DB>, panel: &Panel) -> Result<(), 
     draw_frame(area, panel, (&x, &xs), &y)?;
     let n_bars = panel.series.iter().filter(|s| s.mark == Mark::Bars).count();
     let (mut bar, mut stack) = (0, stacks.iter());
+    let mut rules: Vec<i32> = Vec::new();
     for (i, series) in panel.series.iter().enumerate() {
         let colour = COLOURS[series.colour % COLOURS.len()];
         let at: Vec<(i32, i32)> = series.points.iter().map(|p| (x.pixel(p.x), y.pixel(p.y))).collect();
@@ -143,7 +144,10 @@ fn draw_panel<DB: DrawingBackend>(area: &Area<DB>, panel: &Panel) -> Result<(), 
             }
             Mark::Rule => {
                 for (px, _) in at {
-                    dashes(area, &[(px, TOP), (px, BOTTOM)], colour)?;
+                    // Of several at one place all are seen.
+                    let aside = px + 2 * rules.iter().filter(|r| **r == px).count() as i32;
+                    rules.push(px);
+                    dashes(area, &[(aside, TOP), (aside, BOTTOM)], colour)?;
                 }
                 dashes(area, &sample, colour)?;
             }

@@ -99,7 +99,7 @@ fn without_wires(name: &str) -> Timing {
 }
 
 #[test]
-fn operators_of_cells_are_as_synthesised_within_a_quarter_and_within_a_tenth_in_the_mean() {
+fn operators_of_cells_are_as_synthesised_within_a_quarter_and_6_percent_in_the_mean() {
     let (old, new) = (without_wires("osu-0.35um"), without_wires("osu-0.18um"));
     let (mut errors, mut n) = (0.0, 0.0);
     for (name, gates_old, ns_old, gates_new, ns_new) in ANCHORS {
@@ -114,7 +114,7 @@ fn operators_of_cells_are_as_synthesised_within_a_quarter_and_within_a_tenth_in_
             }
         }
     }
-    assert!(errors / n < 0.10, "mean error {:.1} %", 100.0 * errors / n);
+    assert!(errors / n < 0.06, "mean error {:.1} %", 100.0 * errors / n);
 }
 
 #[test]
@@ -132,12 +132,12 @@ fn products_are_as_synthesised_within_15_percent() {
 
 /// DEPENDENCIES.md: 24 x 24 bits, OSU 0.35 um 563,064 um2 and 6.84 ns, OSU 0.18 um 140,766 um2 and 4.34 ns.
 #[test]
-fn multiplier_of_24_bits_is_that_of_the_dependencies_within_a_sixth() {
+fn multiplier_of_24_bits_of_another_flow_is_met_within_11_percent() {
     for (name, um2, ns) in [("osu-0.35um", 563_064.0, 6.84), ("osu-0.18um", 140_766.0, 4.34)] {
         let technology = Technology::named(name).unwrap();
         let op = built(&without_wires(name), "mul24");
-        assert_close(name, op.hardware.gates * technology.area.unwrap().gate_um2, um2, 1.0 / 6.0);
-        assert_close(name, op.total_ns(), ns, 1.0 / 6.0);
+        assert_close(name, op.hardware.gates * technology.area.unwrap().gate_um2, um2, 0.11);
+        assert_close(name, op.total_ns(), ns, 0.11);
     }
 }
 

@@ -11,6 +11,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 
 use rtl_model::sim::Cause;
+use rtl_model::spec::{BoardSpec, ParameterRow};
 
 use super::pareto::Front;
 use super::{Results, Row, Status};
@@ -138,11 +139,12 @@ pub fn columns<'a>(results: &'a Results, front: &Front) -> Vec<Column<'a>> {
         .chain(["half_width_cycles", "on_front", "pareto_rank", "limit_resource", "limit_share"])
         .chain(["critical_block", "board", "command"])
         .collect();
+    let units = parameter_units(&results.base);
     for (i, axis) in results.axes.iter().enumerate() {
         let taken = reserved.contains(axis.name.as_str());
         let name = if taken { format!("axis.{}", axis.name) } else { axis.name.clone() };
         let values = results.rows.iter().map(|row| row.values.get(i).cloned()).collect();
-        t.push(name, "", "axis", typed(values));
+        t.push(name, units.get(&axis.name).map_or("", String::as_str), "axis", typed(values));
     }
     for (i, metric) in results.metrics.iter().enumerate() {
         let of = |row: &Row| row.metrics.get(i).copied().flatten();
@@ -176,7 +178,7 @@ pub fn columns<'a>(results: &'a Results, front: &Front) -> Vec<Column<'a>> {
         (!r.critical_block.is_empty()).then_some(Cow::Borrowed(r.critical_block.as_str()))
     });
     counted(&mut t, results);
-    boards(&mut t);
+    boards(&mut t, &units);
     t.text("board", "the whole board file (TOML)", |r| Some(Cow::Borrowed(r.board.as_str())));
     t.text("command", "runs the point again", |r| Some(Cow::Borrowed(r.command.as_str())));
     t.columns
@@ -186,7 +188,12 @@ pub fn columns<'a>(results: &'a Results, front: &Front) -> Vec<Column<'a>> {
 fn counted(t: &mut Table<'_>, results: &Results) {
     for (i, counter) in results.counters.iter().enumerate() {
         let of = |row: &Row| row.counters.get(i).map(|n| whole(*n));
-        t.integer(format!("counter_{}", key(counter)), "", counter, of);
+        let unit = match () {
+            () if counter.ends_with("cycles") => "cycles",
+            () if counter.ends_with("bytes") => "B",
+            () => "",
+        };
+        t.integer(format!("counter_{}", key(counter)), unit, counter, of);
     }
     for kind in first_seen(t.rows.iter().flat_map(|row| row.stalls.iter().map(|s| s.kind.as_str()))) {
         for (i, cause) in Cause::ALL.iter().enumerate() {
@@ -209,7 +216,7 @@ pub(super) fn first_seen<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a st
 }
 
 /// Every parameter of the boards.
-fn boards(t: &mut Table<'_>) {
+fn boards(t: &mut Table<'_>, units: &BTreeMap<String, String>) {
     let n = t.rows.len();
     let mut parameters: BTreeMap<String, Vec<Option<Value>>> = BTreeMap::new();
     for (i, row) in t.rows.iter().enumerate() {
@@ -218,8 +225,19 @@ fn boards(t: &mut Table<'_>) {
         }
     }
     for (name, values) in parameters {
-        t.push(format!("board.{name}"), "", "parameter of the board", typed(values));
+        let unit = units.get(&name).map_or("", String::as_str);
+        t.push(format!("board.{name}"), unit, "parameter of the board", typed(values));
     }
+}
+
+/// Units of the parameters that have one, as the board's own list tells them.
+fn parameter_units(board: &str) -> BTreeMap<String, String> {
+    let parameters = BoardSpec::from_toml(board).map(|spec| spec.parameters()).unwrap_or_default();
+    let unit = |row: ParameterRow| {
+        let (number, unit) = row.value.split_once(' ')?;
+        number.parse::<f64>().is_ok().then(|| (row.name.to_owned(), unit.to_owned()))
+    };
+    parameters.into_iter().filter_map(unit).collect()
 }
 
 /// Dotted names and values of a board file; of something else, nothing.

@@ -1,15 +1,16 @@
 //! Metrics against an axis, the best value of each objective along it, and what limits the board on both its sides.
 //!
 //! ```text
-//! measured rows --other axes as in the best row (slice) | all rows at a value (mean)--> Curve --best--> Optimum, reason
+//! measured rows --other axes as in the best row (slice) | all rows at a value (mean)--> Curve
+//! Curve --best--> Optimum: how clock, cycles and area change on both sides    --stretches--> longest path, tightest resource
 //! ```
 //! A slice changes one thing. Where it has rows at fewer than three values, and means have more, the means are taken: then
 //! other axes may vary along the curve too, and `along` says so.
 
 use super::pareto::{Front, is_measured, minimised};
-use super::words::shown;
+use super::words::{by_frequency, shown};
 use super::{Results, Row};
-use crate::report::si::percent;
+use crate::report::si::{percent, significant};
 
 /// Rows along an axis with numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +34,17 @@ pub struct Optimum {
     pub stop: usize,
     /// The metric there.
     pub value: f64,
-    /// What is known of its left and right, in words.
-    pub reason: String,
+    /// Where it is best, and how good, in words.
+    pub what: String,
+    /// How clock, cycles and area change on both sides.
+    pub sides: String,
+}
+
+impl Optimum {
+    /// All of it.
+    pub fn reason(&self) -> String {
+        format!("{} {}", self.what, self.sides)
+    }
 }
 
 /// A curve for each axis that has numbers, and rows at two of them.
@@ -102,83 +112,103 @@ impl Curve {
             if minimised(other.1, m.goal) < minimised(best.1, m.goal) { other } else { best }
         })?;
         let axis = &results.axes[self.axis].name;
-        let mut reason =
-            format!("{} is best at {axis} = {}: {}.", m.name, self.stops[stop].0, shown(value, &m.unit));
-        let sides = [("Below", 0..stop), ("There", stop..stop + 1), ("Above", stop + 1..self.stops.len())];
-        if let Some(end) = [(0, "smallest"), (self.stops.len() - 1, "largest")].iter().find(|e| e.0 == stop) {
-            reason += &format!(" This is the {} value.", end.1);
+        let (at, last) = (self.stops[stop].0, self.stops.len() - 1);
+        let what = format!("{} is best at {axis} = {at}: {}.", m.name, shown(value, &m.unit));
+        let mut sides = Vec::new();
+        if let Some(end) = [(0, "smallest"), (last, "largest")].iter().find(|e| e.0 == stop) {
+            sides.push(format!("This is the {} value.", end.1));
         }
-        for (name, range) in sides.into_iter().filter(|(_, range)| !range.is_empty()) {
-            reason += &format!(" {}", self.side(results, name, range));
-        }
-        Some(Optimum { metric, stop, value, reason })
-    }
-
-    /// What limits the board at some stops, and how clock, cycles and area change along them.
-    fn side(&self, results: &Results, name: &str, range: std::ops::Range<usize>) -> String {
-        let (first, last) = (self.stops[range.start].0, self.stops[range.end - 1].0);
-        let rows: Vec<&Row> =
-            self.stops[range.clone()].iter().flat_map(|s| &s.1).map(|r| &results.rows[*r]).collect();
-        let blocks = names(rows.iter().map(|r| r.critical_block.as_str()).filter(|b| !b.is_empty()));
-        let limits = names(rows.iter().filter_map(|r| Some(r.limit.as_ref()?.0.as_str())));
-        let mut facts: Vec<String> = Vec::new();
-        if !blocks.is_empty() {
-            facts.push(format!("longest path in {}", blocks.join(", then ")));
-        }
-        if let Some((low, high)) = extremes(rows.iter().filter_map(|r| Some(r.limit.as_ref()?.1))) {
-            let share = if percent(low) == percent(high) {
-                percent(low)
-            } else {
-                format!("{} to {}", percent(low), percent(high))
-            };
-            facts.push(format!("limit {} ({share} of the cycles)", limits.join(", then ")));
-        }
-        for metric in ["clock_mhz", "cycles", "area_mm2", "luts"] {
-            let Some(m) = results.metrics.iter().position(|c| c.name == metric) else { continue };
-            let along: Vec<f64> = (self.known(results, m).into_iter())
-                .filter(|(stop, _)| range.contains(stop))
-                .map(|(_, value)| value)
-                .collect();
-            let unit = &results.metrics[m].unit;
-            let label = if metric == "clock_mhz" {
-                "clock "
-            } else if metric == "area_mm2" {
-                "area "
-            } else {
-                ""
-            };
-            match along.as_slice() {
-                [] => {}
-                [one] => facts.push(format!("{label}{}", shown(*one, unit))),
-                [first, .., last] if shown(*first, unit) == shown(*last, unit) => {
-                    facts.push(format!("{label}{}", shown(*first, unit)));
-                }
-                [first, .., last] => {
-                    facts.push(format!("{label}{} to {}", shown(*first, unit), shown(*last, unit)));
-                }
+        for (name, from, to) in [
+            (format!("From {} to it", self.stops[0].0), 0, stop),
+            (format!("From it to {}", self.stops[last].0), stop, last),
+        ] {
+            let changes = self.changes(results, from, to);
+            if !changes.is_empty() {
+                sides.push(format!("{name}: {changes}."));
             }
         }
-        let where_ = match () {
-            () if name == "There" => name.to_owned(),
-            () if first == last => format!("{name} ({first})"),
-            () => format!("{name} ({first} to {last})"),
+        Some(Optimum { metric, stop, value, what, sides: sides.join(" ") })
+    }
+
+    /// How clock, cycles and area change from one stop to another.
+    fn changes(&self, results: &Results, from: usize, to: usize) -> String {
+        let change = |(name, label): (&str, &str)| {
+            let metric = results.metrics.iter().position(|c| c.name == name)?;
+            let known = self.known(results, metric);
+            let at = |stop: usize| known.iter().find(|(s, _)| *s == stop).map(|(_, value)| *value);
+            let (a, b) = (at(from)?, at(to)?);
+            let unit = &results.metrics[metric].unit;
+            Some(format!("{label}{} to {} (x{})", shown(a, unit), shown(b, unit), significant(b / a)))
         };
-        format!("{where_}: {}.", facts.join(", "))
+        let told = [("clock_mhz", "clock "), ("cycles", ""), ("area_mm2", "area "), ("luts", "")];
+        let changes = told.into_iter().filter(|_| from < to).filter_map(change);
+        changes.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Stretches of the axis with one longest path and one tightest resource, in words; empty where neither is known.
+    pub fn limits(&self, results: &Results) -> String {
+        const MOST: usize = 6;
+        let most = |names: Vec<&str>| {
+            by_frequency(names.into_iter()).first().map_or("", |(name, _)| *name).to_owned()
+        };
+        let mut stretches: Vec<Stretch> = Vec::new();
+        for (value, rows) in &self.stops {
+            let rows: Vec<&Row> = rows.iter().map(|r| &results.rows[*r]).collect();
+            let block =
+                most(rows.iter().map(|r| r.critical_block.as_str()).filter(|b| !b.is_empty()).collect());
+            let limit = most(rows.iter().filter_map(|r| Some(r.limit.as_ref()?.0.as_str())).collect());
+            let shares = rows.iter().filter_map(|r| r.limit.as_ref().filter(|l| l.0 == limit).map(|l| l.1));
+            let (low, high) = extremes(shares);
+            match stretches.last_mut().filter(|s| s.block == block && s.limit == limit) {
+                Some(s) => (s.to, s.low, s.high) = (*value, s.low.min(low), s.high.max(high)),
+                None => stretches.push(Stretch { from: *value, to: *value, block, limit, low, high }),
+            }
+        }
+        if stretches.iter().all(|s| s.block.is_empty() && s.limit.is_empty()) {
+            return String::new();
+        }
+        let more = stretches.len().saturating_sub(MOST);
+        let mut text: Vec<String> = stretches.iter().take(MOST).map(Stretch::text).collect();
+        if more > 0 {
+            text.push(format!("and {more} more stretches"));
+        }
+        format!("Along {}: {}.", results.axes[self.axis].name, text.join("; "))
     }
 }
 
-/// Names in the order in which they come, repetitions left out; of many the most frequent.
-fn names<'a>(names: impl Iterator<Item = &'a str> + Clone) -> Vec<&'a str> {
-    const MOST: usize = 3;
-    let frequent: Vec<&str> =
-        super::words::by_frequency(names.clone()).into_iter().take(MOST).map(|(name, _)| name).collect();
-    super::columns::first_seen(names.filter(|n| frequent.contains(n)))
+/// Values of an axis with one longest path and one tightest resource.
+struct Stretch {
+    from: f64,
+    to: f64,
+    block: String,
+    limit: String,
+    /// Smallest and largest share of the cycles that the resource needs.
+    low: f64,
+    high: f64,
 }
 
-fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    (low <= high).then_some((low, high))
+impl Stretch {
+    fn text(&self) -> String {
+        let range = if self.from == self.to {
+            self.from.to_string()
+        } else {
+            format!("{} to {}", self.from, self.to)
+        };
+        let mut facts = Vec::new();
+        if !self.block.is_empty() {
+            facts.push(format!("longest path in {}", self.block));
+        }
+        if !self.limit.is_empty() {
+            let (low, high) = (percent(self.low), percent(self.high));
+            let share = if low == high { low } else { format!("{low} to {high}") };
+            facts.push(format!("tightest {}, {share} of the cycles", self.limit));
+        }
+        format!("{range}: {}", facts.join(", "))
+    }
+}
+
+fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 #[cfg(test)]
@@ -201,15 +231,17 @@ mod tests {
             of(*a).total_cmp(&of(*b))
         });
         assert_eq!(Some(best.stop), expected);
+        for part in
+            ["is best at icu.depth = ", "From 2 to it: clock 13.02 MHz to ", "From it to 60: clock ", " (x"]
+        {
+            assert!(best.reason().contains(part), "'{part}' is missing in {}", best.reason());
+        }
+        let limits = curve.limits(&results);
         for part in [
-            "is best at icu.depth = ",
-            "Below (2 to ",
-            "longest path in icu",
-            "limit ICUs",
-            "clock ",
-            "Above",
+            "Along icu.depth: 2: longest path in icu, tightest ICUs, ",
+            "to 60: longest path in patch_cache, ",
         ] {
-            assert!(best.reason.contains(part), "'{part}' is missing in {}", best.reason);
+            assert!(limits.contains(part), "'{part}' is missing in {limits}");
         }
     }
 

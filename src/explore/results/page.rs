@@ -98,6 +98,7 @@ struct CurveData {
     y: Vec<Vec<Option<f64>>>,
     /// Objective, place along x, reason.
     optima: Vec<(usize, usize, String)>,
+    limits: String,
 }
 
 /// The page of a sweep.
@@ -248,6 +249,7 @@ fn curve(results: &Results, front: &Front, curve: &Curve) -> CurveData {
         metrics: super::charts::shown_metrics(results, front, curve),
         x: curve.stops.iter().map(|s| s.0).collect(),
         y: y.collect(),
-        optima: optima.map(|o| (o.metric, o.stop, o.reason)).collect(),
+        optima: optima.map(|o| (o.metric, o.stop, o.reason())).collect(),
+        limits: curve.limits(results),
     }
 }

@@ -9,7 +9,7 @@
 //! On a full grid the share is Sobol's first-order index; what axes do only together is in no share, so that they add up
 //! to at most 1. On a part of a grid, chance alone gives k levels of n rows a share of (k - 1) / (n - 1): the second
 //! formula (epsilon squared) takes that off, and where no row is left to tell chance from effect, there is no share.
-//! Axes that vary together there cannot be told apart.
+//! Axes that vary together there cannot be told apart: each is given what they do, and shares may exceed 1 in sum.
 //!
 //! Sources: Sobol 1993; Kelley 1935 for epsilon squared. Not modelled: interactions one by one, error of sampled rows.
 
@@ -138,15 +138,17 @@ fn share(rows: &[(&Row, f64)], levels: &[Level], exact: bool) -> Share {
         return if exact { Share::Of(0.0) } else { Share::TooFew };
     }
     let between: f64 = levels.iter().map(|l| l.n as f64 * (l.mean - mean).powi(2)).sum();
+    // What is left of nothing after rounding is nothing.
+    let of = |part: f64| Share::Of(if part > 1e-9 * total { (part / total).min(1.0) } else { 0.0 });
     if exact {
-        return Share::Of((between / total).clamp(0.0, 1.0));
+        return of(between);
     }
     let (k, left) = (levels.len() as f64, n - levels.len() as f64);
     if left < 1.0 {
         return Share::TooFew;
     }
     let within = (total - between).max(0.0) / left;
-    Share::Of(((between - (k - 1.0) * within) / total).clamp(0.0, 1.0))
+    of(between - (k - 1.0) * within)
 }
 
 /// How the shares of a metric were found, for readers.

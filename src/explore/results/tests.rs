@@ -104,6 +104,8 @@ fn parquet_read_back_has_every_value_typed_and_the_units() {
     assert_eq!(of("radeng")["question"], results.question.as_str());
     assert_eq!(of("columns")["seconds"]["unit"], "s");
     assert_eq!(of("columns")["stall_icu_cache_miss"]["unit"], "cycles");
+    assert_eq!(of("columns")["icu.depth"]["unit"], "cycles");
+    assert_eq!(of("columns")["board.bus.clock_mhz"]["unit"], "MHz");
     let n = columns.len();
     for (row, read) in results.rows.iter().zip(reader.get_row_iter(None).unwrap()) {
         let read: BTreeMap<String, Field> = read.unwrap().into_columns().into_iter().collect();

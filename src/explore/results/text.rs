@@ -184,10 +184,10 @@ fn optima(out: &mut String, results: &Results, front: &Front, curves: &[Curve]) 
             point_text(results, row)
         );
         paragraph(out, "best", &text);
-        // One axis: what lies on both sides. Several: what limits the point itself.
+        // One axis: how things change on both sides. Several: what limits the point itself.
         let one = curves.first().filter(|_| results.axes.len() == 1);
         let reason = match one.and_then(|curve| curve.optimum(results, *metric)) {
-            Some(best) => best.reason.split_once(". ").map_or(String::new(), |(_, sides)| sides.to_owned()),
+            Some(best) => best.sides,
             None => {
                 let limit = row
                     .limit
@@ -201,6 +201,12 @@ fn optima(out: &mut String, results: &Results, front: &Front, curves: &[Curve]) 
         if !reason.is_empty() {
             paragraph(out, "", &reason);
         }
+    }
+    if results.axes.len() == 1
+        && let Some(curve) = curves.first()
+    {
+        let limits = curve.limits(results);
+        paragraph(out, "along", limits.split_once(": ").map_or("", |(_, stretches)| stretches));
     }
 }
 
@@ -244,7 +250,12 @@ mod tests {
     #[test]
     fn summary_of_one_axis_tells_both_sides_of_each_optimum() {
         let text = text(&synthetic::depths());
-        for part in ["Below (2 to ", "Above (", "There: longest path in"] {
+        for part in [
+            "From 2 to it: clock",
+            "From it to 60: ",
+            "This is the smallest value",
+            "along      2: longest path in",
+        ] {
             assert!(text.contains(part), "'{part}' is missing in\n{text}");
         }
     }

@@ -18,10 +18,13 @@ use super::sweep::{Sweep, SweepError};
 /// A grid's are all, impossible ones included, so that these are listed; samples hold possible ones alone.
 ///
 /// # Errors
-/// A sample without a number of points, or a grid of more combinations than can be gone through.
+/// A sample without an end, or a grid of more combinations than can be gone through.
 pub fn plan(space: &Space) -> Result<Option<Vec<u64>>, String> {
-    let wanted =
-        || space.search.points.ok_or("expected a number of points: `points` in [search], or --points");
+    let wanted = || match (space.search.points, space.search.minutes) {
+        (Some(points), _) => Ok(points),
+        (None, Some(_)) => Ok(MAX_OPEN),
+        (None, None) => Err("expected an end: `points` or `minutes` in [search], --points or --minutes"),
+    };
     match space.search.strategy {
         Strategy::Grid => {
             let n = space.n_combinations();
@@ -34,15 +37,17 @@ pub fn plan(space: &Space) -> Result<Option<Vec<u64>>, String> {
         }
         Strategy::Random => Ok(Some(sample::random(space, wanted()?))),
         Strategy::Sobol => Ok(Some(sample::sobol(space, wanted()?))),
-        Strategy::Halving { .. } | Strategy::Nsga2 { .. } => {
-            wanted()?;
-            Ok(None)
-        }
+        // Halving without a number begins with all.
+        Strategy::Halving { .. } => Ok(None),
+        Strategy::Nsga2 { .. } => wanted().map(|_| None).map_err(str::to_owned),
     }
 }
 
 /// Most combinations of a grid: each is looked at, and kept in the store.
 pub const MAX_GRID: u64 = 10_000_000;
+
+/// Points of a sample that only time ends.
+const MAX_OPEN: u64 = 100_000;
 
 /// Runs the search of the sweep's space.
 ///

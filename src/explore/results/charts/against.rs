@@ -28,6 +28,11 @@ pub(in crate::explore::results) fn metrics(results: &Results, front: &Front, cur
 pub(super) fn chart(results: &Results, front: &Front, curve: &Curve) -> Chart {
     let axis = &results.axes[curve.axis].name;
     let xs: Vec<f64> = curve.stops.iter().map(|s| s.0).collect();
+    // Few values stand on a logarithmic axis themselves.
+    let x_scale = match xs.as_slice() {
+        [first, .., last] if *first > 0.0 && *last >= 4.0 * first => Scale::Log,
+        _ => Scale::Linear { from_zero: false },
+    };
     let mut notes = Vec::new();
     if !curve.along.is_empty() {
         notes.push(format!("Lines: {}.", curve.along));
@@ -53,7 +58,7 @@ pub(super) fn chart(results: &Results, front: &Front, curve: &Curve) -> Chart {
             }
             scale => scale,
         };
-        let mut panel = Panel::new(m.what.clone(), (axis, scale_for(&xs, false)), (&title, y_scale));
+        let mut panel = Panel::new(m.what.clone(), (axis, x_scale.clone()), (&title, y_scale));
         let scaled = |points: &[(f64, f64)]| points.iter().map(|p| (p.0, factor * p.1)).collect::<Vec<_>>();
         if has_others {
             let name = format!("all measured points ({})", around.len());
@@ -80,8 +85,9 @@ pub(super) fn chart(results: &Results, front: &Front, curve: &Curve) -> Chart {
         panels.push(panel);
     }
     for objective in &front.objectives {
-        notes.extend(curve.optimum(results, *objective).map(|best| best.reason));
+        notes.extend(curve.optimum(results, *objective).map(|best| best.reason()));
     }
+    notes.push(curve.limits(results));
     let title = format!("{} Metrics against {axis}", results.question);
     let sheet = Sheet { title, notes, panels };
     Chart { name: format!("against-{}", file_key(axis)), drawing: Drawing::Sheet(sheet) }

@@ -89,10 +89,15 @@ pub(super) fn chart(results: &Results, effects: &[MetricEffects]) -> Option<Char
         (name, e.effects.iter().enumerate().map(cell).collect(), basis(results, e))
     };
     let rows = order.iter().take(METRICS).map(row).collect();
-    let note = "Share of each metric's variance that an axis explains alone; the rest of a row is what axes do only \
-                together. * objective";
+    let mut note = "Share of each metric's variance that an axis explains alone; the rest of a row is what axes do only \
+                    together. * objective."
+        .to_owned();
+    if effects.iter().any(|e| !e.is_full_grid) {
+        note += " Where rows are a part of the grid, axes may vary together: then each is given what they do, and a row \
+                 can have more than 100 %.";
+    }
     let columns = results.axes.iter().map(|a| shortened(&a.name, 22)).collect();
-    let map = HeatMap { title: results.question.clone(), note: note.to_owned(), columns, rows };
+    let map = HeatMap { title: results.question.clone(), note, columns, rows };
     Some(Chart { name: "sensitivity".to_owned(), drawing: Drawing::Heat(map) })
 }
 

@@ -75,8 +75,8 @@ fn chart(results: &Results, front: &Front, x: usize, y: usize) -> Chart {
     if let Some(share) = front.hypervolume {
         let of = if two { "both" } else { "all" };
         notes.push(format!(
-            "The front dominates {} of the box between the best values and a point {} of {of} ranges beyond the best \
-             (normalised hypervolume).",
+            "The front dominates {} of the box between the best values and a point {} ranges beyond them in {of} \
+             objectives (normalised hypervolume).",
             percent(share),
             REFERENCE
         ));

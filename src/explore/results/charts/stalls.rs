@@ -16,19 +16,26 @@ const NAMED: usize = 10;
 /// The kind of block that is shown.
 const KIND: &str = "icu";
 
-/// Rows that are shown: all, or those of the front, spread over its first objective.
+/// Rows that are shown, and which they are: all, or some spread along the one axis, or along the front.
 fn shown_rows(results: &Results, front: &Front) -> (Vec<usize>, &'static str) {
     let with_stalls = |i: &usize| {
         let row = &results.rows[*i];
         is_measured(row) && row.stalls.iter().any(|s| s.kind == KIND && s.cycles.iter().any(|c| *c > 0))
     };
-    let all: Vec<usize> = (0..results.rows.len()).filter(with_stalls).collect();
+    let mut all: Vec<usize> = (0..results.rows.len()).filter(with_stalls).collect();
+    if results.axes.len() == 1 {
+        let value = |row: &usize| results.rows[*row].values[0].number().unwrap_or(0.0);
+        all.sort_by(|a, b| value(a).total_cmp(&value(b)));
+    }
     if all.len() <= BARS {
         return (all, "all points");
     }
     let members: Vec<usize> = front.members.iter().copied().filter(with_stalls).collect();
-    let (from, which) =
-        if members.is_empty() { (all, "points of the sweep") } else { (members, "points of the front") };
+    let (from, which) = if members.is_empty() || results.axes.len() == 1 {
+        (all, "points spread over the sweep")
+    } else {
+        (members, "points of the front")
+    };
     if from.len() <= BARS {
         return (from, which);
     }

@@ -30,7 +30,8 @@ function drawCurves() {
   byId("curve-panels").replaceChildren(...curve.metrics.map((m) => panel(curve, m)));
   byId("curve-legend").replaceChildren(...curve.optima.map(([m, at], k) => element("span", {},
     element("i", { className: "swatch", style: `background:${OPTIMA[k % OPTIMA.length]}` }), `best ${DATA.metrics[m].name} at ${curve.x[at]}`)));
-  byId("curve-reasons").replaceChildren(...curve.optima.map(([, , reason]) => element("li", {}, reason)));
+  byId("curve-reasons").replaceChildren(...curve.optima.map(([, , reason]) => element("li", {}, reason)),
+    ...(curve.limits ? [element("li", {}, curve.limits)] : []));
 }
 
 function panel(curve, m) {
@@ -42,7 +43,7 @@ function panel(curve, m) {
   for (let i = 0; i < COUNT; i++) if (isMeasured(i) && column.number(i) !== null && xColumn.number(i) !== null) all.push(i);
   const known = curve.x.map((x, k) => [x, curve.y[m][k]]).filter(([, y]) => y !== null);
   const wide = Math.min(...curve.x) > 0 && Math.max(...curve.x) > 12 * Math.min(...curve.x);
-  const xs = scale(curve.x, wide, left, right);
+  const xs = scale(curve.x.concat(all.map(xColumn.number)), wide, left, right);
   const ys = scale(all.map(column.number).concat(known.map((k) => k[1])), false, bottom, top, true);
   if (!xs || !ys) return svg;
   svg.append(svgElement("text", { x: left, y: 16 }, metric.name + (metric.unit ? ` (${metric.unit})` : "")));
@@ -51,7 +52,7 @@ function panel(curve, m) {
     const py = ys.pixel(y);
     svg.append(svgElement("line", { x1: left, x2: right, y1: py, y2: py, stroke: "var(--grid)" }));
     // A long unit stands in the title alone.
-    const words = shown(y, metric.unit.length > 4 ? "1/" : metric.unit).replace(/\/$/, "");
+    const words = shown(y, metric.unit.length > 2 ? "1/" : metric.unit).replace(/\/$/, "");
     svg.append(svgElement("text", { x: left - 6, y: py + 4, "text-anchor": "end" }, words.trim()));
   }
   let last = -Infinity;

@@ -54,7 +54,9 @@ DATA.axes.forEach((axis, a) => {
     text: (i) => (places[i] < 0 ? "-" : String(axis.values[places[i]])),
   });
 });
-DATA.metrics.forEach((metric, m) => {
+const goalsFirst = DATA.metrics.map((_, m) => m).sort((a, b) => DATA.metrics[b].is_objective - DATA.metrics[a].is_objective || a - b);
+goalsFirst.forEach((m) => {
+  const metric = DATA.metrics[m];
   const values = ROWS.metrics[m];
   COLUMNS.push({
     name: metric.name, unit: metric.unit, what: metric.what, goal: metric.goal, isObjective: metric.is_objective,
