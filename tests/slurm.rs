@@ -179,6 +179,8 @@ fn sweep_on_slurm_with_a_killed_worker_is_complete_and_equals_that_of_one_machin
     };
     let lost = merge(&["shard-1", "shard-2", "shard-4"], "lost");
     assert!(lost.contains("missing: 3/4"), "{lost}");
-    let twice = merge(&["shard-1", "shard-2", "shard-3", "shard-3", "shard-4"], "twice");
+    let copy = Command::new("cp").arg("-r").args([out.join("shard-3"), out.join("copy")]).status().unwrap();
+    assert!(copy.success());
+    let twice = merge(&["shard-1", "shard-2", "shard-3", "copy", "shard-4"], "twice");
     assert!(twice.contains("shard 3/4") && twice.contains("as well"), "{twice}");
 }
