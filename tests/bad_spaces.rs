@@ -175,7 +175,11 @@ const CASES: &[Case] = &[
         "[[workload]]",
         "[[constraint]]\nrequire = \"icu.depth > 4\"\n[[constraint]]\nrequire = \"icu.depth < 8\"\n[[workload]]",
         23,
-        &["contradict each other", "\"icu.depth > 4\" leaves 48 of 96", "\"icu.depth < 8\" leaves 48 of 96"],
+        &[
+            "contradict each other",
+            "\"icu.depth > 4\" in line 21 leaves 48 of 96",
+            "\"icu.depth < 8\" in line 23 leaves 48 of 96",
+        ],
     ),
     ("<= 6144", "<= lines", 18, &["unknown name \"lines\""]),
     // Boards that cannot be, all of them.

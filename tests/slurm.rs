@@ -132,15 +132,15 @@ fn sweep_on_slurm_with_a_killed_worker_is_complete_and_equals_that_of_one_machin
         .unwrap();
     assert!(submitted.status.success(), "{}", text(&submitted));
 
-    // Shard 2 is killed when its store has been there for a moment.
+    // Shard 2 is killed when its store holds some of its 60 points: an empty one has 54 kB of log.
     let log = |name: &str| std::fs::read_to_string(out.join("logs").join(name)).unwrap_or_default();
     let all_logs = || {
         let names = (1..=N_SHARDS).map(|i| format!("shard-{i}.log")).chain(["merge.log".to_owned()]);
         names.map(|name| log(&name)).collect::<String>() + &node.jobs()
     };
-    let store = out.join("shard-2/sweep.sqlite");
-    wait(120, "store of shard 2", || store.exists().then_some(()), all_logs);
-    sleep(Duration::from_millis(400));
+    let store_log = out.join("shard-2/sweep.sqlite-wal");
+    let holds_points = || std::fs::metadata(&store_log).is_ok_and(|file| file.len() > 100_000).then_some(());
+    wait(120, "points in the store of shard 2", holds_points, all_logs);
     let pid = wait(30, "process of shard 2", || process(&["--shard 2/4"]), all_logs);
     let killed = Command::new("kill").args(["-9", &pid.to_string()]).status().unwrap();
     assert!(killed.success());
@@ -149,6 +149,7 @@ fn sweep_on_slurm_with_a_killed_worker_is_complete_and_equals_that_of_one_machin
     let shard_2 = log("shard-2.log");
     assert!(shard_2.contains("ended with status 137"), "the kill came too late\n{shard_2}");
     assert!(shard_2.contains("start 2"), "{shard_2}");
+    assert!(shard_2.contains("found in the store"), "points were run again\n{shard_2}");
 
     // One machine, no shards.
     let alone = folder.path().join("alone");
@@ -178,6 +179,8 @@ fn sweep_on_slurm_with_a_killed_worker_is_complete_and_equals_that_of_one_machin
     };
     let lost = merge(&["shard-1", "shard-2", "shard-4"], "lost");
     assert!(lost.contains("missing: 3/4"), "{lost}");
-    let twice = merge(&["shard-1", "shard-2", "shard-3", "shard-3", "shard-4"], "twice");
+    let copy = Command::new("cp").arg("-r").args([out.join("shard-3"), out.join("copy")]).status().unwrap();
+    assert!(copy.success());
+    let twice = merge(&["shard-1", "shard-2", "shard-3", "copy", "shard-4"], "twice");
     assert!(twice.contains("shard 3/4") && twice.contains("as well"), "{twice}");
 }

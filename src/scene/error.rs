@@ -8,8 +8,8 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A fault of a scene file, or of another file of ours. `Display` is one line, `file:line:column: message`; line and column are absent only
-/// when there is no text to point into (no such file, a directory, unreadable, too large).
+/// A fault of a scene file, or of another file of ours. `Display` is one line, `file:line:column: message`; line and
+/// column are absent only when there is no text to point into (no such file, a directory, unreadable, too large).
 ///
 /// Implements [`miette::Diagnostic`]: a binary can show the line itself.
 #[derive(Clone, Debug, PartialEq, Eq)]

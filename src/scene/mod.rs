@@ -23,6 +23,7 @@ mod shape;
 pub(crate) mod toml;
 
 pub use continuity::{Continuity, SurfaceContinuity};
+pub(crate) use error::line_column;
 pub use error::{Place, SceneError};
 pub use faces::{FaceCounts, FaceSet, MAX_FACES};
 pub use import::MAX_MODEL_BYTES;

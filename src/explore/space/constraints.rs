@@ -9,6 +9,7 @@
 use super::Space;
 use super::faults::Fault;
 use super::resolve::Refusal;
+use crate::scene::line_column;
 use crate::scene::toml::source::Source;
 
 /// Most combinations that are tried.
@@ -62,14 +63,21 @@ fn none_left(source: &Source<'_>, space: &Space) -> Fault {
     let n_constraints = space.plan.constraints.len();
     let (mut tried, mut boards) = (0_u64, 0_u64);
     let (mut kept, mut seen) = (vec![0_u64; n_constraints], vec![0_u64; n_constraints]);
+    // Combinations that satisfy the constraints up to each one.
+    let mut kept_so_far = vec![0_u64; n_constraints];
     let mut board_fault = None;
     for ordinal in spread(n) {
         tried += 1;
+        let mut satisfied = vec![false; n_constraints];
         let built = space.plan.build(&space.axes, &space.choice(ordinal), |i, holds| {
             seen[i] += 1;
             kept[i] += u64::from(holds);
+            satisfied[i] = holds;
             true
         });
+        for (count, _) in kept_so_far.iter_mut().zip(satisfied.iter().take_while(|holds| **holds)) {
+            *count += 1;
+        }
         match built {
             Ok(_) => boards += 1,
             Err(refusal) => {
@@ -96,13 +104,16 @@ fn none_left(source: &Source<'_>, space: &Space) -> Fault {
     if n_constraints == 0 {
         return source.fault(space.first_axis.clone(), format!("no candidate (tried {how_many})"));
     }
-    let lines: Vec<String> =
-        (0..n_constraints).map(|i| format!("{:?} leaves {} of {}", text(i), kept[i], seen[i])).collect();
+    let last = kept_so_far.iter().position(|n| *n == 0).unwrap_or(n_constraints - 1);
+    let line = |i: usize| line_column(source.text, place(i).start).0;
+    let lines: Vec<String> = (0..=last)
+        .map(|i| format!("{:?} in line {} leaves {} of {}", text(i), line(i), kept[i], seen[i]))
+        .collect();
     let what = format!(
         "the constraints contradict each other: no combination satisfies all (tried {how_many}; {})",
         lines.join(", ")
     );
-    source.fault(place(n_constraints - 1), what)
+    source.fault(place(last), what)
 }
 
 #[cfg(test)]

@@ -190,7 +190,7 @@ impl Expression {
                 _ => {}
             }
         }
-        for name in tree.iter_function_identifiers().filter(|n| !FUNCTIONS.contains(n)) {
+        if let Some(name) = tree.iter_function_identifiers().find(|n| !FUNCTIONS.contains(n)) {
             return Err(unknown(source, place(source, &at, name), "function", name, FUNCTIONS));
         }
         Ok(Expression { text: text.clone(), at, tree })
