@@ -58,7 +58,7 @@ proptest! {
 
 #[test]
 fn cut_by_hand_stands_at_the_narrow_place_of_equal_ones() {
-    // 1 + 1 | 1 + 1 is the only cut with 0.2 ns; 1 | 2 | 1 and 2 | 1 | 1 ... have 0.2 ns in three.
+    // 1 + 1 | 1 + 1, at the wide place, is the only cut into two with 0.2 ns.
     let four = chain(&[(1, 10), (1, 100), (1, 10), (1, 5)]);
     let one = four.cut(1);
     assert_eq!((one.register_bits, (one.longest_ns * 10.0).round()), (5, 4.0));
@@ -70,9 +70,11 @@ fn cut_by_hand_stands_at_the_narrow_place_of_equal_ones() {
     let all = four.cut(4);
     assert_eq!((all.register_bits, (all.longest_ns * 10.0).round()), (125, 1.0));
     assert_eq!(four.cut(1000).register_bits, 125 + 996 * 5);
-    // Where a choice is left, the fewest bits: 3 | 1 + 1 + 1, or 3 + ... never; of five slices in two, at 20 bits.
-    let five = chain(&[(3, 40), (1, 30), (1, 20), (2, 10), (3, 5)]);
-    assert_eq!(five.cut(2).register_bits, 20 + 5);
+    // 3 | 1 + 3 | 6 and 3 + 1 | 3 | 6 are equally long: the one with fewer bits.
+    for (first, second) in [(10, 20), (20, 10)] {
+        let cut = chain(&[(3, first), (1, second), (3, 30), (6, 5)]).cut(3);
+        assert_eq!((cut.register_bits, (cut.longest_ns * 10.0).round()), (10 + 30 + 5, 6.0));
+    }
 }
 
 #[test]
