@@ -34,13 +34,15 @@ fn evaluate(evaluator: &mut Evaluator, jobs: &[Job]) -> Vec<Result<Counted, Stri
 /// A board of many differences from the default; no two seeds give the same.
 fn board(seed: u64) -> BoardSpec {
     let pick = |n: u64, from: &[u32]| from[(mix(mix(seed).wrapping_add(n)) % from.len() as u64) as usize];
-    let mut spec = BoardSpec::default();
-    spec.partition =
-        [Partition::Grid, Partition::Shells, Partition::ShellsStatic][pick(0, &[0, 1, 2]) as usize];
-    spec.scheduling =
-        [Scheduling::Static, Scheduling::PseudoDynamic, Scheduling::Ideal][pick(1, &[0, 1, 2]) as usize];
-    spec.memory = [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical]
-        [pick(2, &[0, 1, 2]) as usize];
+    let mut spec = BoardSpec {
+        partition: [Partition::Grid, Partition::Shells, Partition::ShellsStatic]
+            [pick(0, &[0, 1, 2]) as usize],
+        scheduling: [Scheduling::Static, Scheduling::PseudoDynamic, Scheduling::Ideal]
+            [pick(1, &[0, 1, 2]) as usize],
+        memory: [MemoryLevels::None, MemoryLevels::OneLevel, MemoryLevels::Hierarchical]
+            [pick(2, &[0, 1, 2]) as usize],
+        ..BoardSpec::default()
+    };
     spec.clusters.count = pick(3, &[1, 2, 4, 16]);
     spec.clusters.modules = pick(4, &[1, 2, 4]);
     spec.clusters.ctus_per_icu = pick(5, &[1, 4, 16]);
@@ -187,8 +189,7 @@ fn objectives(goals: &[(&str, crate::explore::metric::Goal)]) -> Vec<Objective> 
 
 #[test]
 fn values_of_a_counted_candidate_are_those_reckoned_by_hand() {
-    let mut spec = BoardSpec::default();
-    spec.clock_mhz = 50.0;
+    let spec = BoardSpec { clock_mhz: 50.0, ..BoardSpec::default() };
     let mut statistics = BoardStatistics { cycles: 1_000_000, ..BoardStatistics::default() };
     statistics.canonical.rays = 20_000;
     let candidate = candidate(spec);

@@ -52,11 +52,12 @@ fn best(known: &[(u64, Vec<f64>)], wanted: usize) -> Vec<u64> {
 /// How lonely each point is among those of its rank: the sum over the objectives of the gap between its neighbours, as a
 /// share of the rank's range; infinite at both ends.
 fn crowding(points: &[Vec<f64>], rank: &[Option<u32>]) -> Vec<f64> {
+    let n_objectives = points.first().map_or(0, Vec::len);
     let mut distance = vec![0.0; points.len()];
     let n_ranks = rank.iter().flatten().max().map_or(0, |r| r + 1);
     for r in 0..n_ranks {
         let mut members: Vec<usize> = (0..points.len()).filter(|i| rank[*i] == Some(r)).collect();
-        for objective in 0..points.first().map_or(0, Vec::len) {
+        for objective in 0..n_objectives {
             let at = |i: usize| points[i][objective];
             members.sort_by(|a, b| at(*a).total_cmp(&at(*b)).then(a.cmp(b)));
             let (Some(&first), Some(&last)) = (members.first(), members.last()) else { continue };
