@@ -142,6 +142,8 @@ fn explore_in_shards_merges_to_the_files_of_one_run_and_finds_lost_and_repeated_
         assert!(said.contains(&format!("shard {shard}")), "{said}");
     }
     refused(dir, &["space.toml", "-o", "lost", "--merge", "part1", "part3"], &["1 shard is missing: 2/3"]);
+    assert!(!dir.join("lost").exists());
+    refused(dir, &["space.toml", "-o", "o", "--merge", "part1", "part1"], &["shard 1/3 is in part1 as well"]);
     std::fs::create_dir(dir.join("copy")).unwrap();
     std::fs::copy(dir.join("part2/sweep.sqlite"), dir.join("copy/sweep.sqlite")).unwrap();
     let twice = ["space.toml", "-o", "twice", "--merge", "part1", "part2", "copy", "part3"];

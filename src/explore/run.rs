@@ -111,13 +111,18 @@ pub fn run(
     let space_hash =
         hash_of(&(&space.text, &space.base, &space.search, options.limits.sample.map(f64::to_bits)));
     let plan_hash = hash_of(&plan);
+    let parts = match (options.merge.as_slice(), &plan) {
+        ([], _) | (_, None) => Vec::new(),
+        (folders, Some(ordinals)) => {
+            shard::parts(folders, Whole { space: &space_hash, plan: &plan_hash, ordinals })?
+        }
+    };
     let mut store = open(options, &space_hash, &mut warnings)?;
     store.set_meta(key::SPACE, &space_hash)?;
     store.set_meta(key::VERSION, &version())?;
     store.set_meta(key::PLAN, &plan_hash)?;
-    if let (false, Some(ordinals)) = (options.merge.is_empty(), &plan) {
-        let whole = Whole { space: &space_hash, plan: &plan_hash, ordinals };
-        shard::merge(&options.merge, whole, &store)?;
+    for part in &parts {
+        store.take_evaluations(part)?;
     }
     if let (Some(shard), Some(ordinals)) = (options.shard, &mut plan) {
         store.set_meta(key::SHARD, &shard.to_string())?;

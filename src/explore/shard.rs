@@ -82,12 +82,12 @@ pub struct Whole<'a> {
     pub ordinals: &'a [u64],
 }
 
-/// Copies the evaluations of all shards in `folders` to `store`.
+/// The stores of the shards in `folders`, which make the whole sweep.
 ///
 /// # Errors
 /// A folder without store, a shard of another sweep or version, one that is there twice, is not finished, lacks points or
 /// has others, or is missing.
-pub fn merge(folders: &[PathBuf], whole: Whole<'_>, store: &Store) -> Result<(), MergeError> {
+pub fn parts(folders: &[PathBuf], whole: Whole<'_>) -> Result<Vec<Store>, MergeError> {
     let wrong = |folder: &Path, what: String| MergeError::Shards(format!("{}: {what}", folder.display()));
     let mut shards: BTreeMap<u32, (PathBuf, Store)> = BTreeMap::new();
     let mut n = None;
@@ -144,10 +144,7 @@ pub fn merge(folders: &[PathBuf], whole: Whole<'_>, store: &Store) -> Result<(),
             missing.join(", ")
         )));
     }
-    for (_, part) in shards.values() {
-        store.take_evaluations(part)?;
-    }
-    Ok(())
+    Ok(shards.into_values().map(|(_, part)| part).collect())
 }
 
 #[cfg(test)]

@@ -51,9 +51,10 @@ fn set(folder: &Path, key: &str, value: &str) {
 }
 
 fn merged(dir: &Path, folders: &[PathBuf], plan: &[u64]) -> Result<Store, String> {
-    let store = Store::open(&dir.join("merged.sqlite")).unwrap();
     let whole = Whole { space: "s", plan: "p", ordinals: plan };
-    merge(folders, whole, &store).map_err(|e| e.to_string())?;
+    let parts = parts(folders, whole).map_err(|e| e.to_string())?;
+    let store = Store::open(&dir.join("merged.sqlite")).unwrap();
+    parts.iter().for_each(|part| store.take_evaluations(part).unwrap());
     Ok(store)
 }
 

@@ -88,25 +88,46 @@ fn plan_without_points_or_of_a_vast_grid_is_refused() {
     assert!(plan(&vast).unwrap_err().contains("16777216 combinations"));
 }
 
-/// The full grid's front is known; a third of its points by chance would not do.
-#[test]
-fn nsga2_with_a_quarter_of_the_points_finds_nearly_all_hypervolume() {
-    let grid = evaluated(&searched(&with("strategy = \"grid\"")));
-    let ranges = Ranges::of(&grid);
-    let all = ranges.hypervolume(&grid);
-    let shares: Vec<f64> = (1..=5)
-        .map(|seed| {
-            let space = with(&format!(
-                "strategy = \"nsga2\"\npoints = {}\npopulation = 12\nseed = {seed}",
-                grid.len() / 4
-            ));
-            let found = evaluated(&searched(&space));
-            assert!(found.len() <= grid.len() / 4, "{}", found.len());
-            ranges.hypervolume(&found) / all
+/// Costs alone, of which the full grid's front is known without running anything.
+fn cost_space(search: &str) -> Space {
+    let axes = "\"icu.depth\" = { from = 2, to = 60, step = 2 }\n\"ctu.depth\" = { from = 1, to = 8, step = 1 }\n\
+                \"clusters.ctus_per_icu\" = [1, 2, 4, 8, 16]\n\"fifos.results\" = [16, 64, 256]";
+    let mut space = space(axes, &format!("[search]\n{search}"));
+    space.objectives = ["area_mm2", "critical_path_ns"]
+        .map(|name| {
+            let metric = crate::explore::metric::Metric::named(name).unwrap();
+            crate::explore::space::Objective { metric, goal: metric.goal }
         })
-        .collect();
-    let mean = shares.iter().sum::<f64>() / 5.0;
-    assert!(mean > 0.95 && shares.iter().all(|s| *s > 0.9), "{shares:?}");
+        .to_vec();
+    space
+}
+
+fn costs(space: &Space, ordinals: impl Iterator<Item = u64>) -> Vec<Vec<f64>> {
+    let cost =
+        |ordinal| space.candidate(ordinal).map(|c| vec![c.cost.area_mm2.unwrap(), c.cost.critical_path_ns]);
+    ordinals.map(|ordinal| cost(ordinal).unwrap()).collect()
+}
+
+#[test]
+fn nsga2_with_a_twentieth_of_the_points_finds_nearly_all_hypervolume_and_more_than_chance() {
+    let all = cost_space("");
+    let grid = costs(&all, 0..all.n_combinations());
+    let ranges = Ranges::of(&grid);
+    let whole = ranges.hypervolume(&grid);
+    let points = grid.len() / 20;
+    let mean = |strategy: &str| {
+        let shares = (1..=3).map(|seed| {
+            let space = cost_space(&format!("strategy = \"{strategy}\"\npoints = {points}\nseed = {seed}"));
+            let asked = searched(&space).into_iter().map(|(ordinal, _)| ordinal);
+            let found = costs(&space, asked);
+            assert!(found.len() <= points, "{}", found.len());
+            ranges.hypervolume(&found) / whole
+        });
+        shares.sum::<f64>() / 3.0
+    };
+    let (nsga2, chance) = (mean("nsga2"), mean("random"));
+    assert!(nsga2 > 0.97, "{nsga2}, by chance {chance}");
+    assert!(1.0 - nsga2 < 0.5 * (1.0 - chance), "{nsga2}, by chance {chance}");
 }
 
 #[test]
