@@ -53,12 +53,14 @@ fn best(known: &[(u64, Vec<f64>)], wanted: usize) -> Vec<u64> {
 /// share of the rank's range; infinite at both ends.
 fn crowding(points: &[Vec<f64>], rank: &[Option<u32>]) -> Vec<f64> {
     let n_objectives = points.first().map_or(0, Vec::len);
+    let by_objective: Vec<Vec<f64>> =
+        (0..n_objectives).map(|objective| points.iter().map(|p| p[objective]).collect()).collect();
     let mut distance = vec![0.0; points.len()];
     let n_ranks = rank.iter().flatten().max().map_or(0, |r| r + 1);
     for r in 0..n_ranks {
         let mut members: Vec<usize> = (0..points.len()).filter(|i| rank[*i] == Some(r)).collect();
-        for objective in 0..n_objectives {
-            let at = |i: usize| points[i][objective];
+        for values in &by_objective {
+            let at = |i: usize| values[i];
             members.sort_by(|a, b| at(*a).total_cmp(&at(*b)).then(a.cmp(b)));
             let (Some(&first), Some(&last)) = (members.first(), members.last()) else { continue };
             let range = at(last) - at(first);
