@@ -33,15 +33,8 @@ pub(super) fn run(args: &ExploreArgs) -> Result<Outcome, CliError> {
     }
     search(args, &mut space)?;
     let folder = args.output.clone().unwrap_or_default();
-    let time = match space.search.minutes {
-        Some(minutes) if minutes.is_finite() && minutes > 0.0 => {
-            Some(Duration::from_secs_f64(minutes * 60.0))
-        }
-        Some(minutes) => {
-            return Err(CliError::Usage(format!("--minutes {minutes}: expected a number over 0")));
-        }
-        None => None,
-    };
+    // Flag and key are over 0; what is longer than a duration can be is no limit.
+    let time = space.search.minutes.map(|m| Duration::try_from_secs_f64(m * 60.0).unwrap_or(Duration::MAX));
     let options = Options {
         folder: folder.clone(),
         resume: args.resume,

@@ -53,7 +53,7 @@ pub struct ExploreArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(10_000_000))]
     pub points: Option<u32>,
     /// Begin nothing after this many minutes; results hold what was done
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = minutes)]
     pub minutes: Option<f64>,
     /// Seed of every choice, instead of the space's
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
@@ -79,4 +79,9 @@ pub struct ExploreArgs {
     /// With --point: write its board file
     #[arg(long, value_name = "FILE.toml", requires = "point")]
     pub save_board: Option<PathBuf>,
+}
+
+fn minutes(text: &str) -> Result<f64, String> {
+    let minutes = text.parse().ok().filter(|minutes: &f64| *minutes > 0.0 && *minutes <= 1e6);
+    minutes.ok_or_else(|| "expected a number over 0 and up to 1000000, such as 2.5".to_owned())
 }
