@@ -179,6 +179,27 @@ fn explore_flags_that_do_not_go_together_are_refused_before_anything_is_made() {
 }
 
 #[test]
+fn explore_of_a_scene_without_a_camera_is_refused_before_anything_is_made() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let furnace = std::fs::read_to_string(root.join("scenes/furnace/scene.toml")).unwrap();
+    let (before, rest) = furnace.split_once("[camera]").unwrap();
+    let after = &rest[rest.find("\n[").unwrap()..];
+    std::fs::create_dir(dir.join("dark")).unwrap();
+    std::fs::write(dir.join("dark/scene.toml"), format!("{before}{after}")).unwrap();
+    let file = space(dir, AXES, "");
+    let cornell = root.join("scenes/cornell-box/scene.toml").display().to_string();
+    let text = std::fs::read_to_string(&file).unwrap().replace(&cornell, "dark/scene.toml");
+    std::fs::write(&file, text).unwrap();
+    refused(dir, &["space.toml", "-o", "o"], &["dark-primary", "camera"]);
+    // Shards and an end by time do not go together, wherever the time stands.
+    space(dir, AXES, "[search]\nstrategy = \"grid\"\nminutes = 1\n");
+    refused(dir, &["space.toml", "-o", "o", "--shard", "1/2"], &["no `minutes` with shards"]);
+    assert!(!dir.join("o").exists());
+}
+
+#[test]
 fn explore_of_a_bad_space_names_file_and_line() {
     let dir = tempfile::tempdir().unwrap();
     let dir = dir.path();

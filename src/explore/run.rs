@@ -17,7 +17,7 @@ use super::shard::{self, MergeError, Shard, Whole, key};
 use super::space::Space;
 use super::store::{Store, StoreError, evaluation_hash, hash_of, version};
 use super::strategy;
-use super::sweep::{Limits, Outcome, Sweep, SweepError, Tally, workloads};
+use super::sweep::{Limits, Outcome, Sweep, SweepError, Tally, Workloads};
 use crate::sampling::mix;
 
 /// How a sweep is run.
@@ -107,6 +107,12 @@ pub fn run(
         let what = "a search that depends on its answers cannot be cut into shards: expected strategy grid, random or sobol";
         return Err(ExploreError::Usage(what.to_owned()));
     }
+    if options.limits.time.is_some() && (options.shard.is_some() || !options.merge.is_empty()) {
+        let what = "a shard that ends by time is not all of its part: expected no `minutes` with shards";
+        return Err(ExploreError::Usage(what.to_owned()));
+    }
+    // Scenes and shards are looked at before anything is made.
+    let workloads = Workloads::of(space)?;
     let mut warnings = Vec::new();
     let space_hash =
         hash_of(&(&space.text, &space.base, &space.search, options.limits.sample.map(f64::to_bits)));
@@ -121,6 +127,7 @@ pub fn run(
     store.set_meta(key::SPACE, &space_hash)?;
     store.set_meta(key::VERSION, &version())?;
     store.set_meta(key::PLAN, &plan_hash)?;
+    store.forget_meta(key::COMPLETE)?;
     for part in &parts {
         store.take_evaluations(part)?;
     }
@@ -134,7 +141,7 @@ pub fn run(
     }
     let planned = plan.as_ref().map(|ordinals| ordinals.len() as u64);
 
-    let mut sweep = Sweep::new(space, &mut store, options.limits, stop, progress)?;
+    let mut sweep = Sweep::new(space, workloads, &mut store, options.limits, stop, progress);
     strategy::run(&mut sweep, plan.as_deref())?;
     let tally = sweep.tally();
     if !options.merge.is_empty() && tally.evaluated > 0 {
@@ -149,10 +156,10 @@ pub fn run(
     if let Some(share) = options.check {
         explored.checked = Some(check(&mut sweep, share)?);
     }
+    let settings = sweep.settings().to_vec();
     let outcomes = sweep.into_outcomes();
     store.set_meta(key::COMPLETE, "yes")?;
     if options.shard.is_none() {
-        let (_, settings) = workloads(space)?;
         explored.results = Some(collect::results(space, &outcomes, &store, &settings)?);
     }
     Ok(explored)

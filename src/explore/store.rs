@@ -184,6 +184,14 @@ impl Store {
         self.execute("INSERT OR REPLACE INTO meta VALUES (?1, ?2)", params![key, value])
     }
 
+    /// Takes a note back.
+    ///
+    /// # Errors
+    /// When SQLite fails.
+    pub fn forget_meta(&self, key: &str) -> Result<(), StoreError> {
+        self.execute("DELETE FROM meta WHERE key = ?1", [key])
+    }
+
     fn execute(&self, sql: &str, params: impl rusqlite::Params) -> Result<(), StoreError> {
         let mut statement = self.connection.prepare_cached(sql).map_err(|e| self.fault(e))?;
         statement.execute(params).map(drop).map_err(|e| self.fault(e))

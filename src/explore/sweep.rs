@@ -111,18 +111,16 @@ pub struct Sweep<'a> {
 
 impl<'a> Sweep<'a> {
     /// Of a space, kept in `store`.
-    ///
-    /// # Errors
-    /// A scene that cannot be read.
     pub fn new(
         space: &'a Space,
+        workloads: Workloads,
         store: &'a mut Store,
         limits: Limits,
         stop: &'a AtomicBool,
         progress: &'a mut dyn FnMut(&Tally),
-    ) -> Result<Sweep<'a>, SweepError> {
-        let (setups, settings) = workloads(space)?;
-        Ok(Sweep {
+    ) -> Sweep<'a> {
+        let Workloads { setups, settings } = workloads;
+        Sweep {
             space,
             store,
             evaluator: Evaluator::new(setups.clone()),
@@ -134,7 +132,7 @@ impl<'a> Sweep<'a> {
             progress,
             tally: Tally::default(),
             outcomes: BTreeMap::new(),
-        })
+        }
     }
 
     /// The space.
@@ -455,24 +453,28 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// The workloads of a space, ready, and what their rays depend on.
-///
-/// # Errors
-/// A scene that cannot be read.
-#[allow(clippy::type_complexity)]
-pub fn workloads(space: &Space) -> Result<(Vec<WorkloadSetup>, Vec<Vec<Setting>>), SweepError> {
-    let setups: Vec<WorkloadSetup> = space.workloads.iter().map(WorkloadSetup::new).collect();
-    let settings = setups
-        .iter()
-        .map(|setup| {
-            let named = |source| SweepError::Workload {
-                workload: setup.workload.name.clone(),
-                source: Box::new(source),
-            };
-            setup.settings().map_err(named)
-        })
-        .collect::<Result<_, _>>()?;
-    Ok((setups, settings))
+/// The workloads of a space, ready to run.
+#[derive(Clone, Debug)]
+pub struct Workloads {
+    setups: Vec<WorkloadSetup>,
+    /// What the rays of each depend on.
+    settings: Vec<Vec<Setting>>,
+}
+
+impl Workloads {
+    /// Looks at the scenes of a space.
+    ///
+    /// # Errors
+    /// A scene that cannot be read, or that has no camera for camera rays.
+    pub fn of(space: &Space) -> Result<Workloads, SweepError> {
+        let setups: Vec<WorkloadSetup> = space.workloads.iter().map(WorkloadSetup::new).collect();
+        let named = |setup: &WorkloadSetup| {
+            let workload = setup.workload.name.clone();
+            setup.settings().map_err(|source| SweepError::Workload { workload, source: Box::new(source) })
+        };
+        let settings = setups.iter().map(named).collect::<Result<_, _>>()?;
+        Ok(Workloads { setups, settings })
+    }
 }
 
 /// Names of outcomes in the store.

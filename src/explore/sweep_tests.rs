@@ -19,7 +19,7 @@ fn run(space: &Space, store: &mut Store, limits: Limits, stop_after: u64) -> Run
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let mut sweep = Sweep::new(space, store, limits, &stop, progress).unwrap();
+    let mut sweep = Sweep::new(space, Workloads::of(space).unwrap(), store, limits, &stop, progress);
     let all: Vec<u64> = (0..space.n_combinations()).collect();
     let whole = sweep.whole();
     sweep.evaluate(&all, whole).unwrap();

@@ -5,7 +5,7 @@ use super::*;
 use crate::explore::evaluate::Extent;
 use crate::explore::results::pareto::{Ranges, front};
 use crate::explore::store::Store;
-use crate::explore::sweep::{Limits, Outcome};
+use crate::explore::sweep::{Limits, Outcome, Workloads};
 use crate::explore::test_spaces::space;
 
 /// Three axes of timing, 6 x 6 x 5 combinations, some of them impossible.
@@ -22,7 +22,8 @@ fn searched(space: &Space) -> Vec<(u64, Outcome)> {
     let dir = tempfile::tempdir().unwrap();
     let mut store = Store::open(&dir.path().join("s.sqlite")).unwrap();
     let (stop, progress) = (AtomicBool::new(false), &mut |_: &_| {});
-    let mut sweep = Sweep::new(space, &mut store, Limits::default(), &stop, progress).unwrap();
+    let mut sweep =
+        Sweep::new(space, Workloads::of(space).unwrap(), &mut store, Limits::default(), &stop, progress);
     let plan = plan(space).unwrap();
     run(&mut sweep, plan.as_deref()).unwrap();
     sweep.into_outcomes().into_iter().collect()
