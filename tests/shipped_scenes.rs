@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use radiosity_engine::scene::{Scene, Shape};
 
-/// Every scene file of the repository, with the name of its folder.
+/// Every scene file of the repository, with the name of its folder; `spaces` has design spaces.
 fn shipped() -> Vec<(String, PathBuf)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let mut found: Vec<_> = std::fs::read_dir(root)
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| path.is_dir())
+        .filter(|path| path.is_dir() && !path.ends_with("spaces"))
         .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path.join("scene.toml")))
         .collect();
     found.sort();
