@@ -1,5 +1,7 @@
 //! What is measured of a candidate: each metric's name, unit, better direction, and what it takes to know it.
 
+use rtl_model::cost::{Cost as BoardCost, FpgaUse};
+use rtl_model::spec::BoardSpec;
 use serde::Serialize;
 
 /// Which direction is better.
@@ -91,5 +93,24 @@ impl Metric {
     /// The metric of this name.
     pub fn named(name: &str) -> Option<&'static Metric> {
         METRICS.iter().find(|m| m.name == name)
+    }
+}
+
+/// A cost's value by the name of its metric; `clock_mhz` is the board's.
+pub fn cost_value(name: &str, cost: &BoardCost, spec: &BoardSpec) -> Option<f64> {
+    let fpga = |count: fn(&FpgaUse) -> u64| cost.fpga.as_ref().map(|f| count(f) as f64);
+    match name {
+        "clock_mhz" => Some(spec.clock_mhz),
+        "max_clock_mhz" => Some(cost.max_clock_mhz),
+        "critical_path_ns" => Some(cost.critical_path_ns),
+        "area_mm2" => cost.area_mm2,
+        "gates" => Some(cost.gates),
+        "flip_flops" => Some(cost.flip_flops as f64),
+        "ram_bits" => Some(cost.ram_bits as f64),
+        "luts" => fpga(|f| f.luts),
+        "dsps" => fpga(|f| f.dsps),
+        "ram_blocks" => fpga(|f| f.ram_blocks),
+        "leakage_w" => Some(cost.leakage_w),
+        _ => None,
     }
 }

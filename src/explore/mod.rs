@@ -13,6 +13,7 @@
 pub mod collect;
 pub mod evaluate;
 pub mod metric;
+mod points;
 pub mod results;
 pub mod run;
 pub mod shard;

@@ -5,7 +5,7 @@
 //!                                                                                     `-> check: in full, no record
 //! ```
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use super::STORE_FILE;
@@ -287,9 +287,4 @@ impl Sweep<'_> {
         }
         Ok(self.objectives_of(&candidate, &counted))
     }
-}
-
-/// The folder's store.
-pub fn store_file(folder: &Path) -> PathBuf {
-    folder.join(STORE_FILE)
 }

@@ -160,11 +160,6 @@ impl Store {
         StoreError::Sqlite { file: self.file.clone(), source }
     }
 
-    /// Its file.
-    pub fn file(&self) -> &Path {
-        &self.file
-    }
-
     /// A note about the sweep.
     ///
     /// # Errors

@@ -20,10 +20,10 @@ use super::evaluate::{
     optimistic, values,
 };
 use super::metric::Needs;
+use super::points::point_of;
 use super::results::pareto::dominates;
 use super::space::{Candidate, Impossible, Space};
 use super::store::{Store, StoreError, StoredPoint, accuracy_hash, evaluation_hash};
-use super::value::Value;
 use crate::frame::FrameError;
 use crate::recorded::Setting;
 
@@ -92,6 +92,9 @@ pub struct Limits {
     /// Leave out what cannot be on the front.
     pub prune: bool,
 }
+
+/// What a board counted in each workload, or why it failed.
+type Counts = Result<Vec<Counted>, String>;
 
 /// A sweep under way.
 pub struct Sweep<'a> {
@@ -297,12 +300,11 @@ impl<'a> Sweep<'a> {
     }
 
     /// What each candidate counts in each workload; `None` where the sweep was stopped before.
-    #[allow(clippy::type_complexity)]
     fn counted(
         &mut self,
         candidates: &[Candidate],
         extent: Extent,
-    ) -> Result<Vec<Option<Result<Vec<Counted>, String>>>, SweepError> {
+    ) -> Result<Vec<Option<Counts>>, SweepError> {
         let n = self.setups.len();
         let mut hashes = Vec::with_capacity(candidates.len() * n);
         let mut known: BTreeMap<String, Result<Counted, String>> = BTreeMap::new();
@@ -475,55 +477,6 @@ impl Workloads {
         let settings = setups.iter().map(named).collect::<Result<_, _>>()?;
         Ok(Workloads { setups, settings })
     }
-}
-
-/// Names of outcomes in the store.
-pub mod status {
-    /// All workloads ran whole.
-    pub const SIMULATED: &str = "simulated";
-    /// Cycles are estimated from a sample.
-    pub const SAMPLED: &str = "sampled";
-    /// Ran on shortened workloads.
-    pub const SHORTENED: &str = "shortened";
-    /// Not run: bounds are dominated.
-    pub const PRUNED: &str = "pruned";
-    /// Cannot be built.
-    pub const IMPOSSIBLE: &str = "impossible";
-    /// Ran into an error.
-    pub const FAILED: &str = "failed";
-}
-
-fn point_of(space: &Space, ordinal: u64, outcome: &Outcome) -> (StoredPoint, String, String) {
-    let (status, error) = match outcome {
-        Outcome::Known { extent: Extent::Whole, .. } => (status::SIMULATED, None),
-        Outcome::Known { extent: Extent::Sample { .. }, .. } => (status::SAMPLED, None),
-        Outcome::Known { extent: Extent::Rung(_), .. } => (status::SHORTENED, None),
-        Outcome::Pruned => (status::PRUNED, None),
-        Outcome::Impossible(reason) => (status::IMPOSSIBLE, Some(reason.clone())),
-        Outcome::Failed(error) => (status::FAILED, Some(error.clone())),
-    };
-    let parameters: BTreeMap<&str, &Value> = space
-        .axes
-        .iter()
-        .zip(space.choice(ordinal))
-        .map(|(axis, place)| (axis.name.as_str(), &axis.values[place]))
-        .collect();
-    let metrics: BTreeMap<&str, f64> = match outcome {
-        Outcome::Known { metrics, .. } => super::metric::METRICS
-            .iter()
-            .zip(metrics)
-            .filter_map(|(metric, value)| Some((metric.name, (*value)?)))
-            .collect(),
-        _ => BTreeMap::new(),
-    };
-    let json = |value: serde_json::Result<String>| {
-        value.unwrap_or_else(|e| panic!("plain maps have a JSON form: {e}"))
-    };
-    (
-        StoredPoint { ordinal, status: status.to_owned(), error },
-        json(serde_json::to_string(&parameters)),
-        json(serde_json::to_string(&metrics)),
-    )
 }
 
 #[cfg(test)]

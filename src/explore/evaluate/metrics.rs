@@ -8,7 +8,7 @@
 use rtl_model::statistics::BoardStatistics;
 
 use super::{Accuracy, Counted};
-use crate::explore::metric::{Goal, METRICS, Metric};
+use crate::explore::metric::{Goal, METRICS, Metric, cost_value};
 use crate::explore::space::{Candidate, Objective};
 
 /// Sums over the workloads.
@@ -56,7 +56,6 @@ fn value(
 ) -> Option<f64> {
     let cost = &candidate.cost;
     let of = |f: &dyn Fn(&Totals) -> f64| totals.map(f).filter(|v| v.is_finite());
-    let fpga = |f: &dyn Fn(&rtl_model::cost::FpgaUse) -> u64| cost.fpga.as_ref().map(|use_| f(use_) as f64);
     match metric.name {
         "cycles" => of(&|t| t.cycles),
         "seconds" => of(&|t| t.seconds),
@@ -68,21 +67,10 @@ fn value(
         "nj_per_ray" => of(&|t| t.energy_j * 1e9 / t.rays),
         "rays_per_joule" => of(&|t| t.rays / t.energy_j),
         "rays_per_second_per_mm2" => cost.area_mm2.and_then(|mm2| of(&|t| t.rays / t.seconds / mm2)),
-        "clock_mhz" => Some(candidate.spec.clock_mhz),
-        "max_clock_mhz" => Some(cost.max_clock_mhz),
-        "critical_path_ns" => Some(cost.critical_path_ns),
-        "area_mm2" => cost.area_mm2,
-        "gates" => Some(cost.gates),
-        "flip_flops" => Some(cost.flip_flops as f64),
-        "ram_bits" => Some(cost.ram_bits as f64),
-        "luts" => fpga(&|f| f.luts),
-        "dsps" => fpga(&|f| f.dsps),
-        "ram_blocks" => fpga(&|f| f.ram_blocks),
-        "leakage_w" => Some(cost.leakage_w),
         "misclassified" => accuracy.map(|a| a.misclassified),
         "image_rmse" => accuracy.and_then(|a| a.image_rmse),
         // A metric without a formula is a fault that the test of all names finds.
-        _ => None,
+        name => cost_value(name, cost, &candidate.spec),
     }
 }
 

@@ -12,7 +12,7 @@ use evalexpr::Value as Eval;
 use rtl_model::cost::{Cost, Technology};
 use rtl_model::spec::BoardSpec;
 
-use super::super::metric::{METRICS, Needs};
+use super::super::metric::{METRICS, Needs, cost_value};
 use super::super::value::Value;
 use super::expressions::{Expression, Frame, Names};
 use super::parameters::{Parameters, shown};
@@ -77,25 +77,6 @@ impl Refusal {
         match self {
             Refusal::Impossible(reason) | Refusal::Expression { what: reason, .. } => reason,
         }
-    }
-}
-
-/// A cost's value by the name of its metric; `clock_mhz` is the board's.
-pub(super) fn cost_value(name: &str, cost: &Cost, spec: &BoardSpec) -> Option<f64> {
-    let fpga = |count: fn(&rtl_model::cost::FpgaUse) -> u64| cost.fpga.as_ref().map(|f| count(f) as f64);
-    match name {
-        "clock_mhz" => Some(spec.clock_mhz),
-        "max_clock_mhz" => Some(cost.max_clock_mhz),
-        "critical_path_ns" => Some(cost.critical_path_ns),
-        "area_mm2" => cost.area_mm2,
-        "gates" => Some(cost.gates),
-        "flip_flops" => Some(cost.flip_flops as f64),
-        "ram_bits" => Some(cost.ram_bits as f64),
-        "luts" => fpga(|f| f.luts),
-        "dsps" => fpga(|f| f.dsps),
-        "ram_blocks" => fpga(|f| f.ram_blocks),
-        "leakage_w" => Some(cost.leakage_w),
-        _ => None,
     }
 }
 
