@@ -14,6 +14,8 @@ mod sampling;
 
 mod framed_file;
 
+mod huge_pages;
+
 pub use framed_file::FramedFileError;
 
 pub mod generate;

@@ -55,11 +55,16 @@ pub(super) fn quad_st(corners: &[DVec3; 4], p: DVec3) -> DVec2 {
     let e1 = (corners[2] - corners[0]).normalize_or_zero();
     let e2 = normal.cross(e1).normalize_or_zero();
     let flat = |v: DVec3| DVec2::new(v.dot(e1), v.dot(e2));
-    let q = flat(p - corners[0]);
-    let b = flat(corners[1] - corners[0]);
-    let c = flat(corners[3] - corners[0]);
-    let d = flat(corners[0] - corners[1] + corners[2] - corners[3]);
+    bilinear_st(
+        flat(p - corners[0]),
+        [corners[1] - corners[0], corners[3] - corners[0], corners[0] - corners[1] + corners[2] - corners[3]]
+            .map(flat),
+    )
+}
 
+/// (s,t) where `q` = s b + t c + s t d, clamped to the unit square.
+#[inline]
+pub(super) fn bilinear_st(q: DVec2, [b, c, d]: [DVec2; 3]) -> DVec2 {
     let (a2, a1, a0) = (-b.perp_dot(d), q.perp_dot(d) - b.perp_dot(c), q.perp_dot(c));
     let root = (a1 * a1 - 4.0 * a2 * a0).max(0.0).sqrt();
     let s = if a1 <= 0.0 { 2.0 * a0 / (root - a1) } else { (-a1 - root) / (2.0 * a2) };

@@ -1,97 +1,115 @@
-//! Where hits lie, for passes of many million: a cache line a patch instead of its corners and elements.
+//! Where hits lie, for passes of many million: one cache line a patch instead of its corners and elements.
 //!
 //! ```text
-//! patch, point p --(s,t) = (a . p + a0, b . p + b0)--> quarter --> element, (s,t) there
+//! patch, point p --q = p - o, (x,y) = (a . q, b . q)--> s + s t d_x = x, t + s t d_y = y --> quarter --> element, (s,t) there
 //! ```
-//! Of parallelograms and triangles that are cut once or not at all; all others go through [`Mesh::locate`], of which the
-//! answers are those of this one but for rounding.
+//! Of patches that are cut once or not at all; all others go through [`Mesh::locate`], of which the answers are those of
+//! this one but for rounding: a, b and d are f32, so (s,t) are off by 1e-7 times the patch's slenderness.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2, Vec3};
 
-use super::{Corners, ElementId, Mesh, Patch, PatchId, SurfacePoint, quarter_of};
+use super::{Corners, ElementId, Mesh, Patch, PatchId, SurfacePoint, inverse, quarter_of};
 use crate::geom::DVec3;
+use crate::huge_pages::move_table;
 
-/// Square of the bend over that of the shorter side, up to which a quad counts as a parallelogram.
-const BEND_SHARE: f64 = 1e-24;
+/// A quad that is bent by less of its edges is a parallelogram: as little as what f32 rounds.
+const LEAST_BEND: f32 = 1.0 / (1 << 24) as f32;
 
-/// (s,t) of a patch as affine functions of the place.
+/// (s,t) of a patch from the place.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-struct Affine {
-    a: DVec3,
-    a0: f64,
-    b: DVec3,
-    b0: f64,
-}
-
-/// A patch that is simple enough.
-#[derive(Clone, Copy, Debug)]
-struct Simple {
+struct Cell {
+    /// The first corner (m).
+    origin: DVec3,
+    /// Dual vectors of its edges, in its plane (1/m).
+    a: Vec3,
+    b: Vec3,
+    /// What a quad is bent by, in its edges.
+    bend: Vec2,
+    /// The first element.
     first: u32,
-    is_cut: bool,
-    is_triangle: bool,
+    kind: Kind,
 }
 
-/// Answers [`Mesh::locate`] from 72 bytes a patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Quad,
+    CutQuad,
+    Triangle,
+    CutTriangle,
+    /// Cut further, or without an area: [`Mesh::locate`] knows.
+    Other,
+}
+
+/// Answers [`Mesh::locate`] from 64 bytes a patch.
 #[derive(Clone, Debug)]
 pub(crate) struct Locator {
-    affine: Vec<Affine>,
-    simple: Vec<Option<Simple>>,
+    cells: Vec<Cell>,
 }
 
 impl Locator {
     pub(crate) fn new(mesh: &Mesh) -> Locator {
-        let (affine, simple) = mesh.patches.iter().map(|patch| cell(mesh, patch)).unzip();
-        Locator { affine, simple }
+        let cells: Vec<Cell> = mesh.patches.iter().map(|patch| Cell::of(mesh, patch)).collect();
+        move_table(&cells);
+        Locator { cells }
     }
 
     pub(crate) const fn bytes_per_patch() -> usize {
-        size_of::<Affine>() + size_of::<Option<Simple>>()
+        size_of::<Cell>()
     }
 
     /// Where on the patch the point lies; a point outside is moved to the border.
     pub(crate) fn locate(&self, mesh: &Mesh, patch: PatchId, point: DVec3) -> SurfacePoint {
-        let Some(Simple { first, is_cut, is_triangle }) = self.simple[patch.0 as usize] else {
-            return mesh.locate(patch, point);
+        let cell = &self.cells[patch.0 as usize];
+        let q = point - cell.origin;
+        let flat = DVec2::new(cell.a.as_dvec3().dot(q), cell.b.as_dvec3().dot(q));
+        let is_triangle = matches!(cell.kind, Kind::Triangle | Kind::CutTriangle);
+        let st = match cell.kind {
+            Kind::Other => return mesh.locate(patch, point),
+            _ if cell.bend == Vec2::ZERO => flat.clamp(DVec2::ZERO, DVec2::ONE),
+            _ => inverse::bilinear_st(flat, [DVec2::X, DVec2::Y, cell.bend.as_dvec2()]),
         };
-        let Affine { a, a0, b, b0 } = self.affine[patch.0 as usize];
-        let st = DVec2::new(a.dot(point) + a0, b.dot(point) + b0).clamp(DVec2::ZERO, DVec2::ONE);
         if is_triangle && st.x + st.y > 1.0 {
             return mesh.locate(patch, point);
         }
-        if !is_cut {
-            return SurfacePoint { element: ElementId(first), st };
+        if matches!(cell.kind, Kind::Quad | Kind::Triangle) {
+            return SurfacePoint { element: ElementId(cell.first), st };
         }
         let (quarter, st) = quarter_of(is_triangle, st);
-        SurfacePoint { element: ElementId(first + quarter), st }
+        SurfacePoint { element: ElementId(cell.first + quarter), st }
     }
 }
 
-fn cell(mesh: &Mesh, patch: &Patch) -> (Affine, Option<Simple>) {
-    let (origin, x, y, bend) = match patch.corners {
-        Corners::Triangle(v) => {
-            let [o, p, q] = v.map(|v| mesh.at(v));
-            (o, p - o, q - o, DVec3::ZERO)
-        }
-        Corners::Quad(v) => {
-            let [o, p, r, q] = v.map(|v| mesh.at(v));
-            (o, p - o, q - o, o - p + r - q)
-        }
-    };
-    // Dual vectors of the plane.
-    let n = x.cross(y);
-    let (a, b) = (y.cross(n) / n.length_squared(), n.cross(x) / n.length_squared());
-    let affine = Affine { a, a0: -a.dot(origin), b, b0: -b.dot(origin) };
-    let n_elements = patch.elements.len();
-    let own = &mesh.elements[patch.elements.start as usize..patch.elements.end as usize];
-    let is_even = n_elements == 1 || (n_elements == 4 && own.iter().all(|e| e.place.level() == 1));
-    let is_flat = bend.length_squared() <= BEND_SHARE * x.length_squared().min(y.length_squared());
-    let simple = Simple {
-        first: patch.elements.start,
-        is_cut: n_elements == 4,
-        is_triangle: matches!(patch.corners, Corners::Triangle(_)),
-    };
-    (affine, (is_even && is_flat && a.is_finite() && b.is_finite()).then_some(simple))
+impl Cell {
+    fn of(mesh: &Mesh, patch: &Patch) -> Cell {
+        let (origin, x, y, bend, normal) = match patch.corners {
+            Corners::Triangle(v) => {
+                let [o, p, q] = v.map(|v| mesh.at(v));
+                (o, p - o, q - o, DVec3::ZERO, (p - o).cross(q - o))
+            }
+            Corners::Quad(v) => {
+                let [o, p, r, q] = v.map(|v| mesh.at(v));
+                // The plane that both diagonals are parallel to.
+                (o, p - o, q - o, o - p + r - q, (r - o).cross(q - p))
+            }
+        };
+        let (a, b) = (y.cross(normal), normal.cross(x));
+        let (a, b) = (a / x.dot(a), b / y.dot(b));
+        let bend = DVec2::new(a.dot(bend), b.dot(bend)).as_vec2();
+        let bend = if bend.length() <= LEAST_BEND { Vec2::ZERO } else { bend };
+        let (a, b) = (a.as_vec3(), b.as_vec3());
+        let own = &mesh.elements[patch.elements.start as usize..patch.elements.end as usize];
+        let is_cut_once = own.len() == 4 && own.iter().all(|e| e.place.level() == 1);
+        let kind = match patch.corners {
+            _ if !(a.is_finite() && b.is_finite() && bend.is_finite()) => Kind::Other,
+            Corners::Quad(_) if own.len() == 1 => Kind::Quad,
+            Corners::Quad(_) if is_cut_once => Kind::CutQuad,
+            Corners::Triangle(_) if own.len() == 1 => Kind::Triangle,
+            Corners::Triangle(_) if is_cut_once => Kind::CutTriangle,
+            _ => Kind::Other,
+        };
+        Cell { origin, a, b, bend, first: patch.elements.start, kind }
+    }
 }
 
 #[cfg(test)]
@@ -111,15 +129,16 @@ mod tests {
         let surfaces = shapes.into_iter().enumerate().map(|(i, s)| surface(&format!("s{i}"), s)).collect();
         let mesh = Mesh::build(&scene(surfaces, MeshTarget::Elements(200)));
         let locator = Locator::new(&mesh);
-        let n_simple = locator.simple.iter().flatten().count();
-        assert!(n_simple > mesh.patches.len() / 2 && n_simple < mesh.patches.len(), "{n_simple}");
+        let kinds = |kind: Kind| locator.cells.iter().filter(|c| c.kind == kind).count();
+        assert!(kinds(Kind::CutQuad) > 20 && kinds(Kind::CutTriangle) > 5, "{:?}", locator.cells);
+        assert!(locator.cells.iter().any(|c| c.bend != Vec2::ZERO));
         let mut n = 0;
         for (e, element) in mesh.elements.iter().enumerate() {
             for st in [[0.2, 0.3], [0.6, 0.1], [0.05, 0.9], [0.3, 0.6]] {
                 let at = SurfacePoint { element: ElementId(e as u32), st: DVec2::from_array(st) };
                 let found = locator.locate(&mesh, element.patch, mesh.position(at));
                 assert_eq!(found.element, at.element, "{st:?}");
-                assert!((found.st - at.st).length() < 1e-9, "{found:?} {at:?}");
+                assert!((found.st - at.st).length() < 1e-6, "{found:?} {at:?}");
                 n += 1;
             }
         }

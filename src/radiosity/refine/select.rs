@@ -18,6 +18,9 @@ use crate::mesh::{MAX_LEVEL, Mesh, Place, Subdivision};
 const EXPECTED_FALL: f64 = 0.25;
 /// A split is tried at this share of the price at which splits will be made: gains may fall slower than expected.
 const TRIAL_SHARE: f64 = 0.25;
+/// Where the limit of depth leaves more than the wanted squared error: what all splits leave, times this, is wanted instead.
+/// The error is then 1.5 % above the least; to take that off elsewhere costs several times the elements.
+const OVER_LEAST: f64 = 1.03;
 /// Steps of the search for the price, each halving its logarithm's interval.
 const N_BISECTIONS: u32 = 40;
 
@@ -68,7 +71,7 @@ impl Splits {
         if self.gains.is_empty() {
             return self.roots().filter(|(_, depth)| *depth > 0).map(|(root, _)| root).collect();
         }
-        let wanted_price = self.search(|price| self.squared_error(&self.pruned(price, true)) <= wanted);
+        let wanted_price = self.price_of(self.reachable(wanted, true), true);
         let price = self.price_for(limit, true).max(TRIAL_SHARE * wanted_price);
         let chosen = self.pruned(price, true);
         let tried_above =
@@ -76,22 +79,39 @@ impl Splits {
         chosen.into_iter().filter(|node| !self.gains.contains_key(node) && tried_above(node)).collect()
     }
 
-    /// The best choice of tried splits for a squared error (m^2), within `limit` elements.
+    /// The best choice of tried splits for a squared error (m^2), or for one near the least where the limit of depth leaves
+    /// more, within `limit` elements.
     pub(super) fn choose(&self, limit: u64, wanted: f64) -> Chosen {
-        let wanted_price = self.search(|price| self.squared_error(&self.pruned(price, false)) <= wanted);
+        let wanted_price = self.price_of(self.reachable(wanted, false), false);
         let within = self.price_for(limit, false);
         let price = wanted_price.max(within);
         let nodes = self.pruned(price, false);
         let n_wanted = self.pruned(wanted_price, false).len();
         let squared_error = self.squared_error(&nodes);
         let deepest = self.leaves(&nodes).into_iter().filter(|(_, left, _)| *left == 0);
-        let n_cut_by_depth = deepest.filter(|(_, _, error)| *error > 3.0 * ERROR_PER_GAIN * price).count();
+        let worth = 3.0 * ERROR_PER_GAIN * within.max(self.price_of(wanted, false));
+        let n_cut_by_depth = deepest.filter(|(_, _, error)| *error > worth).count();
         Chosen {
             n_cut_by_count: (n_wanted.saturating_sub(nodes.len())) as u64,
             n_cut_by_depth: n_cut_by_depth as u64,
             squared_error,
             nodes,
         }
+    }
+
+    /// The squared error to aim at (m^2).
+    fn reachable(&self, wanted: f64, extrapolate: bool) -> f64 {
+        wanted.max(OVER_LEAST * self.squared_error(&self.pruned(self.least_price(), extrapolate)))
+    }
+
+    /// Largest price of which the choice meets a squared error (m^2).
+    fn price_of(&self, squared_error: f64, extrapolate: bool) -> f64 {
+        self.search(|price| self.squared_error(&self.pruned(price, extrapolate)) <= squared_error)
+    }
+
+    /// Far below any gain that matters.
+    fn least_price(&self) -> f64 {
+        1e-12 * self.gains.values().copied().fold(0.0, f64::max)
     }
 
     /// Smallest price at which the elements stay within `limit`.
@@ -102,8 +122,8 @@ impl Splits {
         if largest <= 0.0 {
             return 0.0;
         }
-        // From far below any gain that matters to above every branch.
-        let (mut low, mut high) = ((largest * 1e-12).ln(), (largest * 4.0).ln());
+        // To above every branch.
+        let (mut low, mut high) = (self.least_price().ln(), (largest * 4.0).ln());
         if fits(low.exp()) {
             return low.exp();
         }
@@ -120,7 +140,7 @@ impl Splits {
         if largest <= 0.0 {
             return 0.0;
         }
-        let (mut low, mut high) = ((largest * 1e-12).ln(), (largest * 4.0).ln());
+        let (mut low, mut high) = (self.least_price().ln(), (largest * 4.0).ln());
         if enough(high.exp()) {
             return high.exp();
         }
@@ -274,7 +294,7 @@ mod tests {
             let splits = tried(8, 3, seed);
             let chosen = splits.choose(limit, wanted);
             prop_assert!(8 + 3 * chosen.nodes.len() as u64 <= limit);
-            if chosen.squared_error > wanted {
+            if chosen.squared_error > splits.reachable(wanted, false) {
                 // More was wanted, or nothing is left to split.
                 prop_assert!(chosen.n_cut_by_count > 0 || chosen.n_cut_by_depth > 0);
             }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::state::magnitude;
 use super::bundles::Source;
+use crate::huge_pages::move_table;
 use crate::mesh::{Corners, Locator, Mesh, SurfacePoint};
 use crate::raycast::RayHit;
 use crate::raycast::transmit::Passed;
@@ -54,7 +55,9 @@ pub(super) struct Arrived {
 
 impl Tally {
     pub(super) fn new(n_elements: usize) -> Tally {
-        Tally { cells: (0..n_elements).map(|_| Cells::default()).collect() }
+        let cells: Vec<Cells> = (0..n_elements).map(|_| Cells::default()).collect();
+        move_table(&cells);
+        Tally { cells }
     }
 
     pub(super) const fn bytes_per_element() -> usize {

@@ -32,7 +32,7 @@ const MAX_LEAF: u32 = 4;
 /// Four boxes: per axis the lower, then the upper bounds; then what is in them.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-struct Node {
+pub(super) struct Node {
     bounds: [[Vec4; 2]; 3],
     child: [u32; 4],
 }
@@ -40,7 +40,7 @@ struct Node {
 /// The tree. Leaves hold ranges of primitives in [`Bvh4::order`].
 #[derive(Clone, Debug)]
 pub(super) struct Bvh4 {
-    nodes: Vec<Node>,
+    pub nodes: Vec<Node>,
     /// Primitive at each place of the leaves' ranges.
     pub order: Vec<u32>,
     center: DVec3,

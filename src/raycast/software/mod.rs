@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use super::bundle::{check_bundles, check_ray};
 use super::{CastError, CastPatch, Purpose, Query, RayBundle, RayCaster, RayHit, bend_m};
 use crate::geom::{Aabb, Ray};
+use crate::huge_pages::move_table;
 use crate::mesh::PatchId;
 use bvh4::{Bvh4, Pending};
 use patch_test::{Patch, TestRay};
@@ -52,6 +53,8 @@ impl SoftwareCaster {
         let tree = Bvh4::build(&boxes);
         let ordered = tree.order.iter().map(|&i| ids[i as usize]);
         let ordered: Vec<Patch> = ordered.map(|id| Patch::new(&patches[id], id as u32)).collect();
+        move_table(&tree.nodes);
+        move_table(&ordered);
         let mut places = vec![None; patches.len()];
         ordered.iter().enumerate().for_each(|(at, patch)| places[patch.id as usize] = Some(at as u32));
         let bounds =

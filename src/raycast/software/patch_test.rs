@@ -36,6 +36,7 @@ impl TestRay {
 
 /// One patch: a triangle, or two that share the diagonal v0 v2, five edges in all.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Patch {
     corners: [DVec3; 4],
     /// Its id.
