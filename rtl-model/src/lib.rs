@@ -40,4 +40,4 @@ pub mod cost;
 
 /// Raised by every change after which a board may count other cycles, or a workload cast other rays: results that were
 /// kept before are not taken for those of now.
-pub const MODEL_VERSION: u32 = 1;
+pub const MODEL_VERSION: u32 = 2;

@@ -124,11 +124,13 @@ fn measure(case: &Case, extent: Extent) -> Result<Outcome, ExperimentError> {
     let mut search = Search::new(uniform.mesh_error.max(NO_ERROR));
     while ours.len() < N_TRIES && !search.is_over() {
         let refine = RefineOptions { wanted_error: search.wanted(), ..RefineOptions::default() };
-        let meshed = of(&adaptive(&scene, target, &options, &refine)?);
+        let refined = adaptive(&scene, target, &options, &refine)?;
+        let estimated = refined.refined.as_ref().map_or(0.0, |report| report.estimated_error);
+        let meshed = of(&refined);
         let ratio = meshed.errors.bilinear / allowed;
         // A mesh larger than the uniform one is no answer: far coarser, whatever its error.
         let is_larger = ratio <= 1.0 && meshed.elements > uniform.elements;
-        search.tell(if is_larger { ratio.min(0.4) } else { ratio });
+        search.tell(if is_larger { ratio.min(0.4) } else { ratio }, estimated);
         let is_coarsest = meshed.elements == n_patches;
         ours.push(meshed);
         if is_coarsest && ratio <= 1.0 {

@@ -3,7 +3,8 @@
 //! ```text
 //! wanted error --refine, solve--> error over the uniform mesh's --secant of logarithms, inside the bracket--> wanted error ...
 //! ```
-//! The error of a solution grows with what was wanted, about in proportion, until noise or the limit of depth holds it up.
+//! The error of a solution grows with what was wanted, about in proportion, until noise or the limit of depth holds it up:
+//! where refinement did not reach what was wanted, the next wish is well above what it reached.
 
 /// The search aims at this ratio to the allowed error: what is aimed at is missed a little to either side.
 const AIM: f64 = 0.97;
@@ -11,6 +12,10 @@ const AIM: f64 = 0.97;
 pub(super) const GOOD_RATIO: f64 = 0.94;
 /// Largest factor from one wanted error to the next while all errors lie on one side.
 const MAX_STEP: f64 = 2.5;
+/// Factor from an error that refinement reached to the next wanted one, where more was wanted than it could do.
+const ABOVE_REACHED: f64 = 1.5;
+/// An estimate up to this much above what was wanted has reached it: the balance and the last split count.
+const REACHED: f64 = 1.02;
 /// New wanted errors keep this share of a bracket's width off its ends.
 const MARGIN: f64 = 0.15;
 
@@ -19,6 +24,8 @@ const MARGIN: f64 = 0.15;
 struct Tried {
     wanted: f64,
     ratio: f64,
+    /// Refinement estimates that it did what was wanted.
+    is_reached: bool,
 }
 
 /// The search.
@@ -41,12 +48,13 @@ impl Search {
     }
 
     pub(super) fn is_over(&self) -> bool {
-        self.enough.is_some_and(|tried| tried.ratio >= GOOD_RATIO)
+        self.enough.is_some_and(|tried| tried.is_reached && tried.ratio >= GOOD_RATIO)
     }
 
-    /// The mesh of the wanted error has this ratio of its error to the allowed one.
-    pub(super) fn tell(&mut self, ratio: f64) {
-        let tried = Tried { wanted: self.wanted, ratio };
+    /// The mesh of the wanted error has this ratio of its error to the allowed one; refinement estimates `estimated`.
+    pub(super) fn tell(&mut self, ratio: f64, estimated: f64) {
+        let is_reached = estimated <= REACHED * self.wanted;
+        let tried = Tried { wanted: self.wanted.max(estimated), ratio, is_reached };
         if ratio <= 1.0 {
             self.enough = Some(self.enough.filter(|best| best.wanted > tried.wanted).unwrap_or(tried));
         } else {
@@ -58,6 +66,7 @@ impl Search {
                 let way = if way.is_finite() { way.clamp(MARGIN, 1.0 - MARGIN) } else { 0.5 };
                 low.wanted * (high.wanted / low.wanted).powf(way)
             }
+            (Some(low), None) if !is_reached => low.wanted * ABOVE_REACHED,
             _ => tried.wanted * (AIM / ratio.max(1e-3)).clamp(1.0 / MAX_STEP, MAX_STEP),
         };
     }
@@ -67,16 +76,28 @@ impl Search {
 mod tests {
     use super::*;
 
-    /// Wanted errors and ratios of five meshes at most.
-    fn tried(error: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    /// Wanted errors and ratios of five meshes at most; refinement reaches no error under `floor`.
+    fn tried_above(floor: f64, error: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         let mut search = Search::new(0.02);
         let mut tried = Vec::new();
         while tried.len() < 5 && !search.is_over() {
             let (wanted, ratio) = (search.wanted(), error(search.wanted()));
             tried.push((wanted, ratio));
-            search.tell(ratio);
+            search.tell(ratio, wanted.max(floor));
         }
         tried
+    }
+
+    fn tried(error: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        tried_above(0.0, error)
+    }
+
+    #[test]
+    fn search_goes_on_above_an_error_that_refinement_cannot_reach() {
+        // Flat under 0.1: the first mesh is good enough, and far from the coarsest that is.
+        let tried = tried_above(0.1, |wanted| if wanted < 0.14 { 0.95 } else { 0.95 * wanted / 0.14 });
+        let best = tried.iter().filter(|t| t.1 <= 1.0).map(|t| t.0).fold(0.0, f64::max);
+        assert!(best > 0.13, "{tried:?}");
     }
 
     #[test]

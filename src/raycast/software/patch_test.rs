@@ -56,23 +56,31 @@ impl Patch {
         let (a0, a1, a2) = (v0 - ray.origin, v1 - ray.origin, v2 - ray.origin);
         let diagonal = edge_value(a2, a0, ray.dir);
         let first = [edge_value(a0, a1, ray.dir), edge_value(a1, a2, ray.dir), diagonal];
+        let range = [t_min, t_max];
         let in_range = |hit: &(f64, Facing)| hit.0 >= t_min && hit.0 <= t_max;
-        let hit = intersect([v0, v1, v2], [a0, a1, a2], first, ray).filter(in_range);
+        let hit = intersect([v0, v1, v2], [a0, a1, a2], first, ray, range).filter(in_range);
         if self.is_triangle {
             return hit;
         }
         let a3 = v3 - ray.origin;
         let second = [-diagonal, edge_value(a2, a3, ray.dir), edge_value(a3, a0, ray.dir)];
-        match (hit, intersect([v0, v2, v3], [a0, a2, a3], second, ray).filter(in_range)) {
+        match (hit, intersect([v0, v2, v3], [a0, a2, a3], second, ray, range).filter(in_range)) {
             (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
             (a, b) => a.or(b),
         }
     }
 }
 
-/// Where the ray's line meets a triangle with corners `v`, seen from the origin at `a`, and edge values `e`.
+/// Where the ray's line meets a triangle with corners `v`, seen from the origin at `a`, and edge values `e`; `None`, too,
+/// where it is certain that it meets the plane outside of the `range` of t.
 #[inline]
-fn intersect(v: [DVec3; 3], a: [DVec3; 3], e: [f64; 3], ray: &TestRay) -> Option<(f64, Facing)> {
+fn intersect(
+    v: [DVec3; 3],
+    a: [DVec3; 3],
+    e: [f64; 3],
+    ray: &TestRay,
+    range: [f64; 2],
+) -> Option<(f64, Facing)> {
     let bound = ray.edge_error;
     let some_negative = e[0] < -bound || e[1] < -bound || e[2] < -bound;
     let some_positive = e[0] > bound || e[1] > bound || e[2] > bound;
@@ -87,7 +95,37 @@ fn intersect(v: [DVec3; 3], a: [DVec3; 3], e: [f64; 3], ray: &TestRay) -> Option
         let t = dot(normal, a[0]) / den;
         return Some((t, if den < 0.0 { Facing::Front } else { Facing::Back }));
     }
+    if stays_beside_plane(&v, a[0], ray, range) {
+        return None;
+    }
     intersect_near_edge(&a, &e, ray)
+}
+
+/// True when both ends of the ray's range certainly lie on one side of the triangle's plane: shadow rays to vertices meet
+/// the patches around them in edges, just past their ends, and need no exact signs.
+///
+/// The side at t is n . (a - t d). A component of n is off by 4 u N, N the sum of the magnitudes of its two products; a,
+/// the dot product and t d add 4 u: under 9 u sum N (|a| + t |d|) in all.
+#[cold]
+#[inline(never)]
+fn stays_beside_plane(v: &[DVec3; 3], a: DVec3, ray: &TestRay, [t_min, t_max]: [f64; 2]) -> bool {
+    const ERROR: f64 = 9.0 * f64::EPSILON / 2.0;
+    let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
+    let normal = e1.cross(e2);
+    let (m1, m2) = (e1.abs(), e2.abs());
+    let magnitude =
+        DVec3::new(m1.y * m2.z + m1.z * m2.y, m1.z * m2.x + m1.x * m2.z, m1.x * m2.y + m1.y * m2.x);
+    let (at_origin, falls) = (dot(normal, a), dot(normal, ray.dir));
+    let (error, falls_error) = (ERROR * dot(magnitude, a.abs()), ERROR * dot(magnitude, ray.dir.abs()));
+    // -1, 1, or 0 where it is not certain; of an endless ray the side that it runs to.
+    let side = |t: f64| {
+        let (value, error) = match t.is_finite() {
+            true => (at_origin - t * falls, error + t.abs() * falls_error),
+            false => (-falls, falls_error),
+        };
+        f64::from(i8::from(value > error) - i8::from(value < -error))
+    };
+    side(t_min) * side(t_max) > 0.0
 }
 
 /// The rare case: an edge value too small for f64. Exact signs; t as the weighted mean of the corners' t, which
@@ -222,6 +260,24 @@ mod tests {
     }
 
     #[test]
+    fn shadow_ray_to_just_before_a_corner_is_free_and_to_just_behind_it_blocked() {
+        let t = unit();
+        let origin = DVec3::new(0.3, -0.2, 1.7);
+        for corner in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.5, 0.5, 0.0), DVec3::new(0.25, 0.0, 0.0)]
+        {
+            for (lift, blocked) in [(1e-14, false), (1e-9, false), (-1e-9, true), (-1e-14, true)] {
+                // Through the corner itself, so that edge values vanish, with its end before or behind it.
+                let d = corner - origin;
+                let ray = TestRay::new(origin, d, 16.0);
+                let hit = t.intersect(&ray, 0.0, 1.0 - lift);
+                assert_eq!(hit.is_some(), blocked, "{corner}, {lift:e}");
+            }
+        }
+        let away = TestRay::new(origin, origin, 16.0);
+        assert_eq!(t.intersect(&away, 0.0, f64::INFINITY), None);
+    }
+
+    #[test]
     fn triangle_in_the_plane_of_the_ray_misses() {
         assert_eq!(cast(&unit(), DVec3::new(-1.0, 0.25, 0.0), DVec3::X), None);
     }
@@ -235,6 +291,38 @@ mod tests {
     }
 
     proptest! {
+        /// Corners, origin and direction in integers: the sides of the ends are exact in i128.
+        #[test]
+        fn ray_that_stays_beside_a_plane_does_so_in_integers(
+            v in prop::array::uniform3(prop::array::uniform3(-(1i64 << 20)..1 << 20)),
+            weights in prop::array::uniform3(0i64..8), lift in prop::array::uniform3(-2i64..3),
+            origin in prop::array::uniform3(-(1i64 << 20)..1 << 20), endless: bool,
+        ) {
+            // The end lies in the plane, or next to it.
+            let total: i64 = weights.iter().sum::<i64>().max(1);
+            let end: [i64; 3] = std::array::from_fn(|i| {
+                (0..3).map(|k| weights[k] * v[k][i]).sum::<i64>() / total + lift[i]
+            });
+            let d: [i64; 3] = std::array::from_fn(|i| end[i] - origin[i]);
+            let f = |x: [i64; 3]| DVec3::new(x[0] as f64, x[1] as f64, x[2] as f64);
+            let minus = |a: [i64; 3], b: [i64; 3]| -> [i64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
+            let (e1, e2) = (minus(v[1], v[0]), minus(v[2], v[0]));
+            let side = |p: [i64; 3]| exact_in_integers(e1, e2, minus(v[0], p)).signum();
+            let last = if endless { -exact_in_integers(e1, e2, d).signum() } else { side(end) };
+            let ray = TestRay::new(f(origin), f(d), (1 << 22) as f64);
+            let t_max = if endless { f64::INFINITY } else { 1.0 };
+            if stays_beside_plane(&v.map(f), f(v[0]) - f(origin), &ray, [0.0, t_max]) {
+                prop_assert_eq!(side(origin) * last, 1);
+            } else {
+                // It gives up only next to the plane: within 2^-40 of the sizes.
+                let size = f64::from(1 << 22).powi(3) * 2f64.powi(-40);
+                let value = |p: [i64; 3]| exact_in_integers(e1, e2, minus(v[0], p)) as f64;
+                let near = |x: f64| x.abs() < size;
+                let last_value = if endless { exact_in_integers(e1, e2, d) as f64 } else { value(end) };
+                prop_assert!(side(origin) * last != 1 || near(value(origin)) || near(last_value));
+            }
+        }
+
         #[test]
         fn edge_value_exact_of_integers_has_the_sign_of_the_integer_determinant(
             a in prop::array::uniform3(-(1i64 << 40)..1 << 40), b in prop::array::uniform3(-(1i64 << 40)..1 << 40),
