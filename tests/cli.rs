@@ -62,11 +62,20 @@ fn bad_flags_exit_with_2_and_name_the_flag() {
 }
 
 #[test]
+fn one_render_writes_every_format_that_its_outputs_name() {
+    let place = Place::new();
+    let outputs = ["-o", "a.hdr", "-o", "a.exr", "-o", "a.PNG"];
+    place.exits(0, &[&["render", &scene("furnace")], &outputs[..], &SMALL].concat());
+    for (name, magic) in [("a.hdr", &b"#?RADIANCE\n"[..]), ("a.exr", b"v/1\x01"), ("a.PNG", b"\x89PNG")] {
+        assert!(std::fs::read(place.path(name)).unwrap().starts_with(magic), "{name}");
+    }
+}
+
+#[test]
 fn outputs_that_cannot_be_are_refused_before_anything_runs() {
     let place = Place::new();
     let furnace = scene("furnace");
-    place.refused(&["render", &furnace, "-o", "a.jpg"], ".exr (linear) or .png (sRGB)");
-    place.refused(&["render", &furnace, "-o", "a.hdr"], "'.hdr' yet");
+    place.refused(&["render", &furnace, "-o", "a.jpg"], ".exr or .hdr (linear) or .png (sRGB)");
     place.refused(&["render", &furnace, "-o", "none/a.png"], "does not exist");
     place.refused(&["render", &furnace, "-o", "a.png", "-o", "a.png"], "named twice");
     place.refused(&["render", &furnace, "-o", "a.png", "-o", "./a.png"], "named twice");

@@ -1,5 +1,5 @@
 //! `radeng experiment`: a question to the board, its numbers as a table, a plot and rows; all of them as a document. Those of the
-//! host (validation of pass 1, adaptive meshing, reconstruction) have a document each.
+//! host (validation of pass 1, adaptive meshing, reconstruction, the savings of pass 2) have a document each.
 
 use std::path::{Path, PathBuf};
 

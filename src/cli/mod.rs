@@ -36,6 +36,9 @@ mod verify;
 pub use args::{Command, CommandLine};
 pub use error::CliError;
 
+/// Of every thread: that of a main thread on Linux, since commands run on one of the pool.
+const STACK_BYTES: usize = 8 << 20;
+
 /// What a command has to say.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
@@ -54,13 +57,20 @@ pub struct Outcome {
 /// # Errors
 /// A bad input, named: exit status 2.
 pub fn run(line: &CommandLine) -> Result<Outcome, CliError> {
-    if let Some(n) = line.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n as usize)
-            .build_global()
-            .map_err(|e| CliError::Threads { n, what: e.to_string() })?;
+    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK_BYTES);
+    match line.threads {
+        Some(n) => (pool.num_threads(n as usize).build_global())
+            .map_err(|e| CliError::Threads { n, what: e.to_string() })?,
+        // A pool that is there already serves as well.
+        None => pool.build_global().unwrap_or_default(),
     }
-    match &line.command {
+    // On a thread of the pool: a loop that is handed in from outside waits for two switches of threads, and pass 1 of a small
+    // scene has 20,000 short ones.
+    rayon::scope(|_| command(&line.command))
+}
+
+fn command(command: &Command) -> Result<Outcome, CliError> {
+    match command {
         Command::Render(args) => render::run(args),
         Command::Solve(args) => solve::run(args),
         Command::Probe(args) => probe::run(args),

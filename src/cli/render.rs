@@ -13,6 +13,7 @@ use super::{CliError, Outcome, method};
 use crate::frame::{self, CasterChoice, Frame, FrameOptions, PassOne};
 use crate::image::exr::encode_exr;
 use crate::image::false_colour::{FalseColour, Field, Quantity};
+use crate::image::hdr::encode_hdr;
 use crate::image::png::{self, encode_png};
 use crate::image::{Exposure, OutputFiles, PictureFormat};
 use crate::photometry::LUMENS_PER_WATT;
@@ -91,6 +92,7 @@ fn stage_pictures(
         for (path, format) in pictures {
             let (bytes, exposure) = match format {
                 PictureFormat::Exr => (encode_exr(film)?, None),
+                PictureFormat::Hdr => (encode_hdr(film)?, None),
                 PictureFormat::Png => (encode_png(film, resolved)?, Some(resolved)),
             };
             files.stage(path, bytes);

@@ -14,7 +14,7 @@ use atomic_write_file::AtomicWriteFile;
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The extension names no format that can be written.
-    #[error("{path}: cannot write {what}; pictures are .exr (linear) or .png (sRGB)", path = path.display())]
+    #[error("{path}: cannot write {what}; pictures are .exr or .hdr (linear) or .png (sRGB)", path = path.display())]
     Extension {
         /// The file.
         path: PathBuf,
@@ -69,6 +69,8 @@ pub enum OutputError {
 pub enum PictureFormat {
     /// Linear f32.
     Exr,
+    /// Linear, 8 bit mantissas and a joint exponent.
+    Hdr,
     /// 8 bit sRGB.
     Png,
 }
@@ -85,8 +87,8 @@ impl PictureFormat {
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         let what = match extension.as_deref() {
             Some("exr") => return Ok(PictureFormat::Exr),
+            Some("hdr") => return Ok(PictureFormat::Hdr),
             Some("png") => return Ok(PictureFormat::Png),
-            Some("hdr") => "'.hdr' yet".to_owned(),
             Some(other) => format!("'.{other}'"),
             None => "a picture without an extension".to_owned(),
         };
@@ -234,9 +236,10 @@ mod tests {
     fn format_of_known_extensions_is_found_in_any_case_and_others_are_refused() {
         assert_eq!(PictureFormat::of(Path::new("a/b.exr")).unwrap(), PictureFormat::Exr);
         assert_eq!(PictureFormat::of(Path::new("b.PNG")).unwrap(), PictureFormat::Png);
-        for bad in ["a.hdr", "a.jpg", "a", "a.exr/"] {
+        assert_eq!(PictureFormat::of(Path::new("c.Hdr")).unwrap(), PictureFormat::Hdr);
+        for bad in ["a.jpg", "a", "a.exr/"] {
             let e = PictureFormat::of(Path::new(bad)).expect_err(bad).to_string();
-            assert!(e.contains(".exr (linear) or .png (sRGB)"), "{e}");
+            assert!(e.contains(".exr or .hdr (linear) or .png (sRGB)"), "{e}");
         }
     }
 

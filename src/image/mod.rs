@@ -1,7 +1,7 @@
 //! Pictures: film, exposure, files, differences.
 //!
 //! ```text
-//! render --> Film --exr.rs-----------------------------> bytes (linear f32) --files.rs--> file, old or new, never half
+//! render --> Film --exr.rs, hdr.rs---------------------> bytes (linear) -----files.rs--> file, old or new, never half
 //!              \---exposure.rs--> scale --png.rs (sRGB)--> bytes (8 bit) ----/
 //! Film, Field --false_colour/--> colours of a scale, and the scale --> bytes (8 bit)
 //! EXR bytes --exr.rs--> Film --\
@@ -9,8 +9,6 @@
 //! Film --second_difference.rs--> CreaseMap, MachBands
 //! ```
 //! Encoders make bytes in memory; only `files.rs` touches the disk.
-//!
-//! Not modelled: HDR (RGBE) files.
 
 use crate::units::Rgb;
 
@@ -19,6 +17,7 @@ pub mod exposure;
 pub mod exr;
 pub mod false_colour;
 pub mod files;
+pub mod hdr;
 pub mod png;
 pub mod rmse;
 pub mod second_difference;

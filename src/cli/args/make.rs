@@ -70,11 +70,13 @@ and of the host, which `all` leaves out:
   validation      pass 1: view factors, furnaces, energy, the lit cube, CIE 171 against closed forms: docs/validation.md
   adaptive        refined against uniform meshes: elements for the same error: docs/adaptive.md
   reconstruction  methods and gradient rules: errors, Mach bands, overshoot, pictures: docs/reconstruction.md
+  two-pass        what source selection, coherence and adaptive shadows save at equal error: docs/two-pass.md
 
 The same command writes the same bytes, but for `amdahl` and the times of `reconstruction`, which measure wall time.
 Exit status 1 when a check that an experiment makes of itself fails.")]
 pub struct ExperimentArgs {
-    /// Which experiment; `all` of the board; or of the host `validation`, `adaptive` or `reconstruction`
+    /// Which experiment; `all` of the board; or of the host `validation`, `adaptive`,
+    /// `reconstruction` or `two-pass`
     pub name: String,
     /// Folder for plots (.svg), rows (.csv) and pictures (.png), made when missing; of `all` and of those of the
     /// host, the document stands beside it as DIR.md [default: docs/board, of the host's docs/NAME]

@@ -90,7 +90,7 @@ pub struct RenderArgs {
     pub given: Given,
     /// The scene file (TOML), or a model file (.obj, .gltf, .glb)
     pub scene: PathBuf,
-    /// Picture to write, by extension: .exr (linear, W/m^2/sr) or .png (sRGB); may be given several times
+    /// Picture to write, by extension: .exr or .hdr (linear, W/m^2/sr) or .png (sRGB); may be given several times
     /// [default: the scene's name, as .png and .exr, in the current directory]
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Vec<PathBuf>,
