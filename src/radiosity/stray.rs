@@ -18,8 +18,10 @@ use crate::sampling::{hash, unit_pair};
 /// Cosine-distributed rays that measure what a shooter loses: n x n strata, jittered, dealt to its source points.
 /// Not a `Hemisphere` bundle: its few rings are the same for every shooter, which shifts a loss by 1 % of the power.
 const HEMISPHERE_SIDE: u32 = 8;
-/// The same for emitters, which carry most of the power: a few dozen of them make up a lamp's loss.
-const EMITTER_HEMISPHERE_SIDE: u32 = 32;
+/// The same for shooters that are looked at in full, which carry most of the power.
+const FULL_HEMISPHERE_SIDE: u32 = 16;
+/// The same for the emitters of large scenes: a few dozen of them make up a lamp's loss.
+const DENSE_HEMISPHERE_SIDE: u32 = 32;
 
 /// Where the light of a shooter goes that reaches no element.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -77,7 +79,8 @@ impl FormFactors<'_> {
 fn hemisphere_side(look: Look) -> u32 {
     match look {
         Look::Sparse => HEMISPHERE_SIDE,
-        Look::Dense | Look::Full => EMITTER_HEMISPHERE_SIDE,
+        Look::Full => FULL_HEMISPHERE_SIDE,
+        Look::Dense => DENSE_HEMISPHERE_SIDE,
     }
 }
 
