@@ -14,7 +14,8 @@
 //! The first mesh has one element a patch, so where light is even the refined mesh is coarser than the uniform one of the
 //! same patches, 2 x 2 elements each. Depth counts from the uniform mesh's elements. Limits bound both depth and number,
 //! and [`RefineReport`] says what they cut off. Where the limit of depth leaves more than the wanted error, as along shadow
-//! borders, refinement elsewhere stops near the least error that there is. Not modelled: lines inserted as element edges, sources finer than a patch.
+//! borders, refinement elsewhere stops near the least error that there is. Not modelled: lines inserted as element edges,
+//! sources finer than a patch.
 //!
 //! Source: Cohen, Greenberg, Immel, Brock 1986 (adaptive subdivision); Lischinski, Tampieri, Greenberg 1992
 //! (discontinuity lines); Breiman, Friedman, Olshen, Stone 1984 (pruning by gain per leaf).
